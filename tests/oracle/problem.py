@@ -51,27 +51,14 @@ FIELDS = {
     "reservations": ("budget", "period", "processor"),
     "executors": ("kind", "processor"),
     "devices": ("type", *_TASK_FIELDS, *_CLOCKED),
-<<<<<<< HEAD
-    "threads": ("type", "process", "processor", "executor", *_TASK_FIELDS, *_CLOCKED, "priority", "join", "pairing"),
+    "threads": (
+        *("type", "process", "processor", "executor", *_TASK_FIELDS, *_CLOCKED, "priority", "non_preemptive", "join"),
+        "pairing",
+    ),
     "connections": (
         *("data_size", "bus", "rate", "data_rate", "port", "queue_size", "latency", "deadline", "carried_in"),
         "identifier",
     ),
-=======
-    "threads": (
-        "type",
-        "process",
-        "processor",
-        "executor",
-        *_TASK_FIELDS,
-        *_CLOCKED,
-        "priority",
-        "non_preemptive",
-        "join",
-        "pairing",
-    ),
-    "connections": ("data_size", "bus", "rate", "data_rate", "port", "queue_size", "latency", "deadline", "identifier"),
->>>>>>> lagoracle
 }
 
 

@@ -155,7 +155,7 @@ class EventModels:
 
     def _leaving_chain(self, chain: ChainKey) -> Streams:
         """The streams at which the last thread of a chain ends, by the window of all of it."""
-        released = self.streams((chain[1], "thread"))
+        released = _spaced(self.stages[chain[1], "thread"], self.streams((chain[1], "thread")))
         end = self.ends.get((*chain, "lag"), self.ends.get(chain))
         if released is None or end is None:
             return None
@@ -174,19 +174,13 @@ class EventModels:
         """The streams at which jobs of a stage end, by its own response time."""
         sender = self.stages[key]
         first = self.stages[sender.first]
-        released = self._streams[first.key]
+        released = _spaced(first, self._streams[first.key])
         best, worst = sender.elapsed_ns
         end = self.ends.get(key, worst)
         if key[1] == "thread":
             end = self.ends.get((key[0], key[0], "lag"), end)
         if released is None or end is None:
             return None
-        if first.separation_ns is not None:
-            # holding back what comes early keeps the bound of the streams (Le Boudec and Thiran, "Network Calculus",
-            # 1.5: shaping keeps arrival constraints); of this and the separation, the one with the lower rate goes on
-            rate = sum((Fraction(1) / item.period_ns for item in released), Fraction(0))
-            if rate * first.separation_ns >= 1:
-                released = (Stream(first.separation_ns),)
         return tuple(Stream(item.period_ns, item.jitter_ns + max(end, worst) - best) for item in released)
 
 
@@ -214,6 +208,18 @@ def joined(ways: Sequence[Streams], rooms: Sequence[int | None]) -> Streams:
     if len(single) == len(ways):
         return (Stream(min(item.period_ns for item in single), _longest(item.jitter_ns for item in single)),)
     return tuple(item for way in known for item in way)
+
+
+def _spaced(stage: Stage, streams: Streams) -> Streams:
+    """The streams of a stage that keeps its jobs apart: of its releases and of its separation the one of lower rate.
+
+    Holding back what comes early keeps the bound of the streams (Le Boudec and Thiran, "Network Calculus", 1.5: shaping
+    keeps arrival constraints).
+    """
+    if streams is None or stage.separation_ns is None:
+        return streams
+    rate = sum((Fraction(1) / item.period_ns for item in streams), Fraction(0))
+    return (Stream(stage.separation_ns),) if rate * stage.separation_ns >= 1 else streams
 
 
 def _longest(times: Iterable[Exact]) -> Exact:

@@ -151,7 +151,7 @@ def window_of(
     over = succession.over_before(chain.members, chain.rivals)
     kin = tuple(item for position in chain.rivals if position in over and (item := tasks[position]) is not None)
     work_ns = sum(item.worst_ns for item in own) + chain.absent_ns
-    whole = Task(own[-1].name, work_ns, own[-1].streams, None, own[-1].stage)
+    whole = Task(own[-1].name, work_ns, head.streams, head.separation_ns, own[-1].stage)
     under_way_ns = sum(item.worst_ns for item in own[chain.breaks[0] :]) if chain.breaks else 0
     rest_ns = succession.rest_ns(first, last)
     if under_way_ns and rest_ns is not None:
