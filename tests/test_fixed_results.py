@@ -45,9 +45,10 @@ ROOT = Path(__file__).parents[1]
 DIGESTS = Path(__file__).parent / "golden" / "fixed_results.txt"
 LEFT_OUT = (
     *("version", "semantics", "search", "files", "sha256", "question", "identity", "file", "solver_calls"),
-    *("conflicts", "give_up"),
+    *("conflicts", "give_up", "contended"),
 )
-"""Keys that a refactoring may change, or the load of the machine: versions, times, counts, and what is explained."""
+"""Keys that a refactoring may change, or the load of the machine: versions, times, counts, what is explained, and the
+verdicts on designs that time suffices for."""
 USUAL = 150
 """Questions that a test run without more effort asks an effort-th part of; all are asked from ``DSE_EFFORT=9`` on."""
 SLOW = ("two-computers 1 with response times", "segments 0", "shipped problems/inmark_clock.yaml")

@@ -200,7 +200,7 @@ def _shrinking(oracle: Oracle, members: frozenset[int]) -> Iterator[frozenset[in
             kept, left, size = rest, left[size:], 2 * size
             yield kept
         elif size > 1:
-            size = min(size, len(left)) // 2
+            size = max(1, min(size, len(left)) // 2)
         else:
             left = left[1:]
 
