@@ -45,7 +45,7 @@ ROOT = Path(__file__).parents[1]
 DIGESTS = Path(__file__).parent / "golden" / "fixed_results.txt"
 LEFT_OUT = (
     *("version", "semantics", "search", "files", "sha256", "question", "identity", "file", "solver_calls"),
-    *("conflicts", "give_up", "contended"),
+    *("conflicts", "give_up", "contention"),
 )
 """Keys that a refactoring may change, or the load of the machine: versions, times, counts, what is explained, and the
 verdicts on designs that time suffices for."""
