@@ -45,8 +45,8 @@ class Stream:
 
     JSON_NAME = "Releases"
 
-    period_ns: Annotated[int, "Its period."]
-    jitter_ns: Annotated[Exact, "How much later than periodically a release may come."] = 0
+    period_ns: Annotated[int, "The least time between two events of the stream, without jitter."]
+    jitter_ns: Annotated[Exact, "The longest time by which a release comes later than periodically."] = 0
 
 
 @dataclass(frozen=True, slots=True)

@@ -28,7 +28,7 @@ class Combined:
         self._made: dict[Any, int] = {}
 
     def copy(self, model: cp_model.CpModel) -> Combined:
-        """The same for a copy of the model."""
+        """The combined literals for a copy of the model, which has those that were made so far."""
         other = Combined(model, self.places)
         other._made = dict(self._made)
         return other

@@ -129,7 +129,7 @@ class Contention:
         return frozenset(item.index for item in (*cores, *(self.space.open_priorities if self.reorders else ())))
 
     def copy(self, model: cp_model.CpModel) -> Contention:
-        """The same for a copy of the model."""
+        """The limits on response times for a copy of the model, with all that this one has learnt."""
         other = Contention(
             self.space, model, self.places, self.deadlines, movable=self.movable, core_limits=self.core_limits
         )

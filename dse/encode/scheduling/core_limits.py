@@ -80,7 +80,7 @@ class CoreLimits:
         self._kept: Recall[bool] = Recall(SHARED)
 
     def copy(self, model: cp_model.CpModel) -> CoreLimits:
-        """The same for a copy of the model."""
+        """The limits of each core for a copy of the model, with the rows that this one has."""
         other = CoreLimits(self.space, model, self.literals, self.limits, self.tuning)
         other.known, other.places = set(self.known), list(self.places)
         other.tables, other._kept, other.clauses = self.tables, self._kept, Counter(self.clauses)

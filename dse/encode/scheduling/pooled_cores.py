@@ -103,7 +103,7 @@ def classes_of(
 
 
 def _by_class(model: cp_model.CpModel, places: Places, processor: int, classes: Sequence[Sequence[int]]) -> Places:
-    """The same places, in which threads are on classes of cores instead of cores."""
+    """Where each thread may run, by classes of interchangeable cores in place of single cores."""
     found = copy(places)
     found.threads = {
         number: replace(

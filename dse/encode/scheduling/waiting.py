@@ -88,7 +88,7 @@ class WaitRows:
             self.jitters.add(board, number, frozenset())
 
     def copy(self, combined: Combined) -> WaitRows:
-        """The same for a copy of the model."""
+        """The waiting times for a copy of the model, with their variables and rows; this one stays as it is."""
         other = object.__new__(WaitRows)
         other.__dict__.update(self.__dict__)
         other.combined = combined

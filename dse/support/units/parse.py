@@ -57,7 +57,7 @@ NS_PER_S = 10**9
 PARAMETER_TIMES_NS = {"s": Fraction(10**9), "ms": Fraction(10**6), "us": Fraction(10**3), "ns": Fraction(1)}
 """Units of parameters of other tools that hold a bare number for a time, in ns."""
 PARAMETER_RATES = {"Hz": Fraction(1), "kHz": Fraction(1000)}
-"""Likewise for a rate, in Hz."""
+"""Units of parameters of other tools that hold a bare number for a rate, in Hz."""
 
 _NUMBER = re.compile(
     r"(?P<sign>[+-]?)(?:(?P<whole>[0-9]+)/(?P<denominator>[0-9]+)"
