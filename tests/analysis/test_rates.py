@@ -221,6 +221,7 @@ def test_a_chain_may_be_as_long_as_a_problem_has_threads(monkeypatch: pytest.Mon
         {
             "dse": 1,
             "name": "Chain",
+            "processing": "execution_time",
             "processor_types": {"p": {"cores": 4}},
             "processors": {"computer": {"type": "p"}},
             "devices": {"sensor": {"period": "1 s"}},

@@ -128,12 +128,12 @@ def successors(space: Space, one: int, other: int) -> tuple[int, ...]:
 
 def before_in_chain(space: Space, number: int) -> list[int]:
     """The components that may come before one in its chain in some design, by number, the nearest first."""
-    found = [number]
+    found = {number: None}
     before = follows(space.components, space.connections, number)
     while before is not None and before not in found:
-        found.append(before)
+        found[before] = None
         before = follows(space.components, space.connections, before)
-    return found[1:]
+    return list(found)[1:]
 
 
 def with_chains(

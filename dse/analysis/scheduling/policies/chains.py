@@ -24,9 +24,13 @@ from dse.analysis.scheduling.busy_window import Task
 from dse.analysis.scheduling.model import ChainKey, Entry, Resource, Stage, System
 from dse.analysis.scheduling.policies.preemptive import Preempted
 from dse.analysis.scheduling.policies.reservations import gaps_and_servers
-from dse.analysis.scheduling.policies.successions import Succession, is_prioritised
+from dse.analysis.scheduling.policies.successions import MOST_THREADS, Succession, is_prioritised
 from dse.analysis.scheduling.tasks import TaskKey
 from dse.support.units import Exact
+
+
+MOST_ON_CORE = 256
+"""The threads of a core with more than this have no windows of chains: their number grows with its square."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,7 +83,7 @@ def _whole(resource: Resource, stages: tuple[Stage, ...]) -> tuple[Chain, ...]:
 
 
 def _chains(resource: Resource, stages: Sequence[Stage], absent: Mapping[TaskKey, Stage]) -> tuple[Chain, ...]:
-    if resource.wire is not None or resource.is_accelerator:
+    if resource.wire is not None or resource.is_accelerator or len(resource.entries) > MOST_ON_CORE:
         return ()
     entries = resource.entries
     positions = {
@@ -94,6 +98,8 @@ def _chains(resource: Resource, stages: Sequence[Stage], absent: Mapping[TaskKey
     for last in before:
         members, links = [last], list[_Link]()
         while (link := before.get(members[0])) is not None and link.position not in members:
+            if len(members) == MOST_THREADS:
+                break
             members.insert(0, link.position)
             links.insert(0, link)
             chains.append(_chain(entries, tuple(members), links))

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import cached_property, reduce
+from itertools import islice
 
 from dse.analysis.scheduling.busy_window import Task
 from dse.analysis.scheduling.event_models import EventModels
@@ -18,6 +19,9 @@ from dse.analysis.scheduling.policies.coupled import has_coupled, in_window
 from dse.analysis.scheduling.policies.segments import apart_ns
 from dse.analysis.scheduling.tasks import TaskKey
 from dse.support.units import Exact
+
+MOST_THREADS = 32
+"""The greatest number of threads that a chain is followed up, and of those in one window: longer ones are cut."""
 
 
 class Chains:
@@ -72,7 +76,7 @@ class Chains:
             if span is not None:
                 yield first, span
             link = self.events.stages[first].follows
-            if link is None or link.after is None or link.after in way:
+            if link is None or link.after is None or link.after in way or len(way) == MOST_THREADS:
                 return
             rests.insert(0, None if span is None else span + link.most_ns)
             first = link.after
@@ -185,7 +189,7 @@ class Succession:
         """The stages before each stage in its chain, by the position of each that only priorities schedule."""
         stages = self.events.stages
         return {
-            position: frozenset(_before(stages, entry.key))
+            position: frozenset(islice(_before(stages, entry.key), MOST_THREADS))
             for position, entry in enumerate(self.resource.entries)
             if is_prioritised(entry, stages[entry.key])
         }
@@ -229,13 +233,23 @@ def sources_in(system: System) -> dict[TaskKey, TaskKey]:
 
     Those are stages that the end of another one releases, and that only priorities schedule.
     """
-    stages = system.stages
+    stages, sources = system.stages, dict[TaskKey, TaskKey]()
+
+    def source(key: TaskKey) -> TaskKey:
+        way = [key]
+        for before in _before(stages, key):
+            way.append(before)
+            if before in sources:
+                way.append(sources[before])
+                break
+        return sources.setdefault(key, way[-1])
+
     return {
-        entry.key: before[-1]
+        entry.key: first
         for resource in system.resources
         if resource.wire is None and not resource.is_accelerator
         for entry in resource.entries
-        if is_prioritised(entry, stages[entry.key]) and (before := _before(stages, entry.key))
+        if is_prioritised(entry, stages[entry.key]) and (first := source(entry.key)) != entry.key
     }
 
 
@@ -245,14 +259,14 @@ def is_prioritised(entry: Entry, stage: Stage) -> bool:
     return is_plain and stage.key[1] == "thread" and stage.cost_ns != 0 and stage.keeps is None
 
 
-def _before(stages: Mapping[TaskKey, Stage], key: TaskKey) -> list[TaskKey]:
+def _before(stages: Mapping[TaskKey, Stage], key: TaskKey) -> Iterator[TaskKey]:
     """The stages before one in its chain, the nearest first."""
-    found: list[TaskKey] = []
+    passed = {key}
     link = stages[key].follows
-    while link is not None and link.after is not None and link.after not in (key, *found):
-        found.append(link.after)
+    while link is not None and link.after is not None and link.after not in passed:
+        yield link.after
+        passed.add(link.after)
         link = stages[link.after].follows
-    return found
 
 
 def _is_whole(stage: Stage) -> bool:
