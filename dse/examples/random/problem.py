@@ -1,8 +1,8 @@
 """A random problem as the text of a problem file.
 
 The system is drawn first, with a starting design that becomes the baseline. Then the analysis itself says what that
-design uses where no thread waits for the CPU, and the limits are set just above: with `processing: execution_time` every
-problem has at least one design, and its limits bind.
+design uses where no thread waits for the CPU, and the limits are set just above: with `processing: execution_time`
+every problem has at least one design, and its limits bind.
 """
 
 from __future__ import annotations
