@@ -805,7 +805,6 @@ processor_types: {cpu: {}}
 processors: {p: {type: cpu}, q: {type: cpu}}
 executors: {node: {kind: KIND, processor: p}}
 threads:
-processing: execution_time
 """
 ONE_CHAIN = """
   a: {executor: node, period: 100 ms, compute_execution_time: 18 ms}
