@@ -212,7 +212,7 @@ def check(problem: Source, **question: Unpack[Question]) -> Description:
     --------
     >>> import dse
     >>> dse.check("pump.yaml").size
-    48
+    768
     """
     asked = load(problem).ask(**question)
     space = asked.space
