@@ -16,7 +16,7 @@ from dse.support.timelimit import OutOfTime, TimeLimit, look_at_the_clock, until
 
 LEAST_TIME_S = 10.0
 """Without a time limit the referee has as long as the search took, at least this long."""
-LEAST_FOR_CORES_S = 1.0
+LEAST_FOR_CORES_S = 2.0
 SHARE_FOR_CORES = 1 / 3
 """Other cores are looked for as long as a third of the search took, or this long."""
 MOST_WORK = 0.3
