@@ -108,4 +108,4 @@ def test_what_check_has_no_time_for_is_said(monkeypatch: pytest.MonkeyPatch) -> 
     monkeypatch.setattr(check, "TIME_S", -1.0)
     found = dse.check(dse.loads(PUMP))
     assert "what else there is to remark was not found out within -1 s" in found.remarks
-    assert (found.size, found.too_large) == (48, "")
+    assert (found.size, found.too_large) == (768, "")

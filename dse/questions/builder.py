@@ -45,7 +45,7 @@ class Builder(Generic[P]):
     >>> model.set("baseline", {computer: {"type": small}, control: {"period": "10 ms"}})
     >>> model.minimise(f"jitter of {flow}", "price")
     >>> [dict(point.decisions) for point in dse.solve(model.problem())][0]
-    {'computer.type': 'large', 'control.period': '5 ms'}
+    {'computer.type': 'large', 'control.period': '5 ms', 'control.core': '1'}
     """
 
     def __init__(self, name: str, read: Callable[[Mapping[str, Any]], P], /, **settings: Value) -> None:

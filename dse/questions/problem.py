@@ -51,7 +51,7 @@ class Problem:
     --------
     >>> import dse
     >>> dse.load("pump.yaml")
-    <Problem 'Pump': 5 open decisions>
+    <Problem 'Pump': 7 open decisions>
     """
 
     loaded: LoadedSpec

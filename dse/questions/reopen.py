@@ -248,7 +248,7 @@ def read(path: str | Path) -> DataAnswer | Form:
     True
     >>> written = pathlib.Path("check.json").write_text(dse.check("pump.yaml").to_json(), encoding="utf-8")
     >>> dse.read("check.json").space_size
-    48
+    768
     """
     try:
         text = read_text(path, what="an answer")

@@ -106,7 +106,8 @@ def test_two_results() -> None:
 
 def test_figures_of_different_rules_are_not_compared(tmp_path: Path) -> None:
     """A result by response times loses against every one by execution times, which says nothing of the designs."""
-    one, other = written(tmp_path, "one", 300), written(tmp_path, "other", 300, processing="response_time")
+    one = written(tmp_path, "one", 300, processing="execution_time")
+    other = written(tmp_path, "other", 300, processing="response_time")
     rules = ("processing: execution_time and response_time",)
     found = compare(one, other)
     assert isinstance(found, ResultComparison) and found.unlike == rules

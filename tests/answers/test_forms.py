@@ -36,6 +36,8 @@ UNSEEN = {
         *(f"MessageResponse.{name}" for name in ("because", "blocked_by", "earlier_ns", "over_ns")),  # tests/buses
     },
     "sensitivity": {"SensitivityResult.left_out", "Uncertain.unbounded"},
+    "analysis": {"Contention.decisions"},  # other cores are chosen for fronts of `dse solve` alone
+    "sweep": {"Contention.decisions", "LimitedContention.decisions"},
     "simulation": {"Simulation.stopped"},  # held by tests/answers/test_writing.py
 }
 

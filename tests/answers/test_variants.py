@@ -27,7 +27,7 @@ from dse.report.terminal import print_page
 
 @pytest.fixture(scope="module")
 def robot() -> Result:
-    return dse.solve(example_path("inmark"), max_jitter="20 ms")
+    return dse.solve(example_path("inmark"), max_jitter="20 ms", processing="execution_time")
 
 
 def test_one_design_with_several_bus_rates_takes_one_place(robot: Result) -> None:
@@ -136,7 +136,7 @@ def test_designs_that_are_built_otherwise_stay_apart() -> None:
 @cache
 def swept(name: str, vary: str) -> SweepRun:
     """The only run of a sweep over one limit; nobody changes it."""
-    return dse.sweep(example_path(name), vary).runs[0]
+    return dse.sweep(example_path(name), vary, processing="execution_time").runs[0]
 
 
 @pytest.mark.parametrize(
@@ -174,7 +174,9 @@ def test_the_best_choice_does_not_come_back() -> None:
 
 
 def test_a_grid_of_limits_has_one_scale() -> None:
-    study = dse.sweep(example_path("inmark"), "price=290EUR,310EUR,1040EUR,1055EUR,1080EUR")
+    study = dse.sweep(
+        example_path("inmark"), "price=290EUR,310EUR,1040EUR,1055EUR,1080EUR", processing="execution_time"
+    )
     assert {item.name for item in study.ranking.scale} == {
         "jitter of gnss_to_sprayer", "price", "utilisation of computer"
     }  # fmt: skip

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from dse.cli.main import run
+from tests.helpers.small import without_waiting
 
 SHARED = """
 dse: 1
@@ -306,7 +307,7 @@ def written_files(folder: Path) -> Iterator[tuple[str, dict[str, Any]]]:
     (folder / "sizes.csv").write_text("\n".join(["size_bytes,delay_us", *delays]), encoding="utf-8")
     (folder / "threads.csv").write_text("\n".join(["thread,duration_us", *delays]), encoding="utf-8")
     for name, text in PROBLEMS.items():
-        (folder / f"{name}.yaml").write_text(text, encoding="utf-8")
+        (folder / f"{name}.yaml").write_text(without_waiting(text), encoding="utf-8")
     write_bag(folder / "bag.bag")
     seen = "metric,sample\nlatency of sensor_to_valve,3 ms\nexecution time of control,3 ms\n"
     (folder / "seen.csv").write_text(seen, encoding="utf-8")

@@ -38,7 +38,8 @@ class Case:
     def text(self) -> str:
         """The problem file of a generated case; with `periods`, at most that many options of each period are left."""
         counted = "response_time" if self.waiting else "execution_time"
-        return self._drawn().replace("\nname:", f"\nprocessing: {counted}\nname:", 1)
+        text = self._drawn()
+        return text if "processing:" in text else text.replace("\nname:", f"\nprocessing: {counted}\nname:", 1)
 
     def _drawn(self) -> str:
         if self.cores:
@@ -87,7 +88,7 @@ def nearly_full(threads: int, cores: int, load: float, seed: int) -> str:
     starts = [rng.randrange(len(GRID_MS) - 3) for _ in range(threads)]
     shares = [rng.random() + 0.1 for _ in range(threads)]
     lines = ["dse: 1", f"name: {threads} threads on {cores} cores, {load:g} full, seed {seed}", "deadlines: all"]
-    lines.append("processor_types:")
+    lines += ["processing: execution_time", "processor_types:"]
     lines += [f"  {name}: {{cores: {cores}, price: {price} EUR}}" for name, (price, _) in SPEEDS.items()]
     lines += ["processors: {p: {type: [slow, medium, fast]}}", "devices: {s: {period: 10 ms}}", "threads:"]
     for number, (start, share) in enumerate(zip(starts, shares, strict=True)):
@@ -109,7 +110,8 @@ def long_flows(threads: int, seed: int) -> str:
     The objectives are the sum of the flows' latencies, and utilisation; both are plain sums over the decisions.
     """
     rng = random.Random(seed)
-    lines = ["dse: 1", f"name: {threads} threads in long flows, seed {seed}", "processor_types:"]
+    lines = ["dse: 1", f"name: {threads} threads in long flows, seed {seed}"]
+    lines += ["processing: execution_time", "processor_types:"]
     lines += ["  slow: {cores: 8, price: 100 EUR}", "  fast: {cores: 8, price: 250 EUR}"]
     lines += ["processors: {computer: {type: [slow, fast]}}", "threads:"]
     for number in range(threads):

@@ -29,6 +29,7 @@ connections:
   state: {from: filter, to: control}
 flows: {loop: {path: [sensor, filter, control]}}
 objectives: [minimise latency of loop, minimise utilisation of main]
+processing: execution_time
 """
 BASELINE = "baseline: {filter: {period: 20 ms}}\n"
 

@@ -29,6 +29,7 @@ connections: {reading: {from: sensor, to: low, data_size: 1 B}}
 flows: {main: {path: [sensor, low]}}
 requirements: [latency of main <= 100 ms]
 objectives: [minimise price]
+processing: execution_time
 """
 LATE = PLAIN.replace("<= 100 ms", "<= 1 ms")
 FILES = {

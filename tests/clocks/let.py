@@ -72,7 +72,8 @@ def problem(chain: Chain, *, known: bool = True) -> dict[str, Any]:
         }  # fmt: skip
     pairs = list(pairwise(names))
     return {
-        "dse": 1, "name": "Chain", "processor_types": {"any": {}}, "processors": {"computer": {"type": "any"}},
+        "dse": 1, "name": "Chain", "processing": "execution_time",
+        "processor_types": {"any": {}}, "processors": {"computer": {"type": "any"}},
         "threads": threads, "connections": {f"{one}_{other}": {"from": one, "to": other} for one, other in pairs},
         "flows": {"chain": {"path": names}},
     }  # fmt: skip

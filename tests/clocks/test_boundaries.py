@@ -194,5 +194,6 @@ connections:
 {wires}
 flows: {{f: {{path: [a, w8, b]}}}}
 objectives: [minimise latency of f]
+processing: execution_time
 """
     assert any("5 ms" in remark and "clock" in remark for remark in dse.check(dse.loads(text)).remarks)

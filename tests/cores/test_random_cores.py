@@ -39,6 +39,7 @@ def crowded(seed: int, *, limit: str = "", objectives: str = "minimise utilisati
     lines = [
         "dse: 1",
         f"name: crowded {seed}",
+        "processing: execution_time",
         "processor_types: {duo: {cores: 2, price: 10 EUR}, trio: {cores: 3, price: 20 EUR}}",
         f"processors: {{p: {{type: {rng.choice(['[duo, trio]', 'duo', 'trio'])}}}}}",
         "threads:",
@@ -109,7 +110,10 @@ def with_decided_cores(seed: int) -> str:
     duo, uni = "{cores: 2, price: 20 EUR}", "{cores: 1, price: 10 EUR}"
     soc = "{cores: {big: 1, little: 1}, price: 30 EUR}"
     kinds = rng.choice(["duo", "soc", "[duo, uni]", "[soc, uni]", "[duo, soc]"])
-    lines = [f"dse: 1\nname: Decided {seed}", f"processor_types: {{duo: {duo}, uni: {uni}, soc: {soc}}}"]
+    lines = [
+        f"dse: 1\nname: Decided {seed}\nprocessing: execution_time",
+        f"processor_types: {{duo: {duo}, uni: {uni}, soc: {soc}}}",
+    ]
     lines += [f"processors: {{p: {{type: {kinds}}}}}", "threads:"]
     for name in ["a", "b", "c"][: rng.randint(2, 3)]:
         periods = rng.sample(["5 ms", "8 ms", "10 ms", "15 ms"], rng.randint(1, 2))

@@ -30,6 +30,7 @@ connections:
 flows: {reaction: {path: [imu, ekf]}}
 requirements: [latency of reaction <= 25 ms, utilisation of computer <= 70 %]
 baseline: {ekf: {period: 20 ms}}
+processing: execution_time
 """
 
 

@@ -217,6 +217,7 @@ def text_of(
 ) -> str:
     """The problem file: few and cheap computers, and a flow that wants short periods."""
     lines = ["dse: 1", "name: drawn", "overload: allowed", f"deadlines: {system.get('deadlines', 'all')}"]
+    lines.append("processing: execution_time")
     lines.append("processor_types:")
     for name, figures in system["types"].items():
         lines.append(f"  {name}: {{{', '.join(_type_fields(figures))}}}")

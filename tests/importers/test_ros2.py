@@ -165,7 +165,7 @@ def test_times_of_another_file_count(tmp_path: Path) -> None:
     times = put(tmp_path, TIMES, "times.csv")
     found = dse.import_file(put(tmp_path, ARCHITECTURE), times=[times], rate="2 Hz")
     assert "MISSING: execution times" not in found.text
-    table = dse.analyse(dse.load(found.text)).flows[0]
+    table = dse.analyse(dse.load(found.text), processing="execution_time").flows[0]
     assert (table.min_ns, table.max_ns) == (900_000 + 4_000_000 + 1_000_000 + 500_000, 28_600_000)
     with pytest.raises(dse.UsageError, match="no times of threads that there are"):
         dse.import_file(put(tmp_path, ARCHITECTURE), times=[put(tmp_path, "thread,delay_us\nx,1\n", "x.csv")])

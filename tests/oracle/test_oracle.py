@@ -57,6 +57,7 @@ metrics: {line_variation: jitter of f * 0.6 m/s}
 requirements: [jitter of f <= 100 ms, utilisation of computer <= 70 %, load of canbus0 <= 50 %]
 rules: [Spectra requires can_500k, forbid driver.period == 10 ms and computer.type == RT101]
 objectives: [minimise jitter of f, minimise price, minimise utilisation of computer]
+processing: execution_time
 """
 
 
@@ -163,6 +164,7 @@ connections:
   back: {from: radio, to: b, port: data, data_size: 8 B, data_rate: 1001 bit/s, bus: wire}
 flows: {f: {path: [a, b]}, g: {path: [radio, b]}}
 objectives: [minimise load of wire]
+processing: execution_time
 """
 
 
@@ -204,6 +206,7 @@ connections:
 flows: {f: {path: [fast, h, s]}}
 requirements: [utilisation <= 10 %, 'utilisation <= 12.3 %', latency of f <= 145305 us, latency of f < 145305 us]
 objectives: [minimise latency]
+processing: execution_time
 """
 
 
@@ -244,6 +247,7 @@ connections:
   ab: {from: a, to: b, data_size: [1 B, 2 B], bus: [spare, ipc]}
 flows: {f: {path: [gnss, a, b]}}
 objectives: [minimise price, minimise latency of f]
+processing: execution_time
 """
 
 
@@ -309,6 +313,7 @@ threads:
 connections: {ab: {from: a, to: b}, ba: {from: b, to: a, rate: RATE}}
 flows: {f: {path: [a, b]}}
 objectives: [minimise latency]
+processing: execution_time
 """
     inherited = load_text(text.replace(", rate: RATE", ""))
     assert [(d["a.dispatch_protocol"], d["b.dispatch_protocol"]) for d in designs(inherited)] == [
@@ -329,6 +334,7 @@ connections: {c: {from: nav, to: main loop}}
 flows: {'my flow': {path: [nav, main loop]}}
 rules: ["RULE"]
 objectives: ["minimise latency of 'my flow'"]
+processing: execution_time
 """
 
 
@@ -368,6 +374,7 @@ connections: {c: {from: t, data_size: 1 B, bus: wire}}
 flows: {f: {path: [t, c]}}
 rules: [RULE]
 objectives: [minimise latency]
+processing: execution_time
 """
     plain = text.replace("rules: [RULE]\n", "")
     assert decisions(load_text(plain)) == {
@@ -400,6 +407,7 @@ threads: {t: {processor: [p, q], period: 1 ms, compute_execution_time: 1 us}}
 flows: {f: {path: [t]}}
 rules: [RULE]
 objectives: [minimise latency]
+processing: execution_time
 """
 
     def bindings(rule: str) -> set[tuple[str | None, str | None]]:
@@ -476,6 +484,7 @@ threads:
 connections: {ae: {from: a, to: e, latency: 1 ms .. 3 ms}}
 flows: {f: {path: [a, e]}}
 objectives: [minimise latency of f]
+processing: execution_time
 """
 
 
@@ -731,6 +740,7 @@ threads:
   first: {processor: p, core: 2, period: 5 ms, compute_execution_time: 2 ms}
 flows: {f: {path: [timer]}}
 objectives: [minimise utilisation of core 2 of p]
+processing: execution_time
 """
 
 
@@ -775,6 +785,7 @@ threads:
   b: {executor: node, period: 10 ms, compute_execution_time: SECOND}
   c: {processor: p, period: 10 ms, compute_execution_time: 4 ms}
 objectives: [minimise utilisation of p]
+processing: execution_time
 """
 
 
@@ -838,6 +849,7 @@ name: pieces
 deadlines: all
 processor_types: {cpu: {}, gpu: {serves: ORDER}}
 processors: {p: {type: cpu}, g: {type: gpu}}
+processing: execution_time
 """
 BESIDE_A_WHOLE_THREAD = """
   one: {processor: p, priority: 1, period: 40 ms, segments: [{compute_execution_time: 1 ms},

@@ -166,6 +166,7 @@ threads:
 connections: {c: {from: a, to: b, data_size: 1 B, bus: [ros, dds, net]}}
 flows: {f: {path: [a, b]}}
 objectives: [minimise latency, minimise price, minimise power]
+processing: execution_time
 """
 
 
@@ -198,6 +199,7 @@ threads:
 connections: {c: {from: a, to: b, latency: 1 us .. 3 us}, d: {to: b, rate: 7 Hz, port: data}}
 flows: {sent: {path: [c, b]}, arriving: {path: [d, b]}, whole: {path: [a, b]}, alone: {path: [b]}}
 objectives: [minimise latency of sent, minimise jitter of arriving, minimise utilisation]
+processing: execution_time
 """
 
 
@@ -225,6 +227,7 @@ connections: {c: {from: a, data_size: 1 B, bus: [one, net]}}
 flows: {f: {path: [a, c]}}
 objectives: [minimise latency, maximise load of one]
 rules: ["RULE"]
+processing: execution_time
 """
 
 

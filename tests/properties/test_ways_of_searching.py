@@ -46,7 +46,7 @@ def drawn(seed: int) -> list[str]:
     return [
         nearly_full(4, 2, 0.9, seed),
         waiting,
-        waiting.replace("deadlines: all", "deadlines: all\nprocessing: response_time"),
+        waiting.replace("processing: execution_time", "processing: response_time"),
         *(random_problem(2 * seed + number, "tiny") for number in range(2)),
     ]
 

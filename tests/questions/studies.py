@@ -26,9 +26,10 @@ def edited(problem: Problem, **texts: str) -> Problem:
     """The problem with values set by path (given as keyword arguments by ``**{path: text}``), read again from text."""
     data = needed_data(merged_data(problem), problem.space)
     inputs = Inputs(data)
-    changed = {**copied(data), "processing": problem.space.processing}
+    changed = copied(data)
     for path, text in texts.items():
         inputs.set(changed, path, text)
+    changed["processing"] = problem.space.processing
     return loads(effective_text(changed), "edited")
 
 

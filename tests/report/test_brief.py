@@ -24,6 +24,7 @@ from dse.report.page import Page, Section, Table, Text, listing
 from dse.report.terminal import page_height, print_page
 from tests.cli.test_time_limits import jumping
 from tests.helpers.effort import LONG, few
+from tests.helpers.small import without_waiting
 from tests.helpers.support import PARTS
 
 COLUMNS, LINES = 100, 40
@@ -48,7 +49,7 @@ def test_it_fits_a_screen_and_begins_with_the_proof(path: Path) -> None:
 
 
 def test_a_large_problem_does_too() -> None:
-    lines = printed(dse.solve(dse.loads(dse.random_problem(30, 1, 2, "robot"))))
+    lines = printed(dse.solve(dse.loads(dse.random_problem(30, 1, 2, "robot")), processing="execution_time"))
     assert len(lines) <= LINES
 
 
@@ -73,7 +74,7 @@ FIRST = ("MEETS EVERY", "VIOLATED  ", "47 decisions", "INFEASIBLE  ", "Of 6 poin
 def middle(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A system of 30 threads and five flows, and its front."""
     folder = tmp_path_factory.mktemp("middle")
-    (folder / "p.yaml").write_text(dse.random_problem(30, 1, 2, "robot"), encoding="utf-8")
+    (folder / "p.yaml").write_text(without_waiting(dse.random_problem(30, 1, 2, "robot")), encoding="utf-8")
     assert run(["solve", str(folder / "p.yaml"), "-q", "--json", str(folder / "r.json")]) == 0
     return folder
 

@@ -35,7 +35,7 @@ def _nothing_is_tabulated(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def asked(seed: int, kind: str, *objectives: str) -> Space:
     text = text_of(draw(seed, kind=kind), *((objectives,) if objectives else ()))
-    return loads(text.replace("deadlines: all", "deadlines: all\nprocessing: response_time")).space
+    return loads(text.replace("processing: execution_time", "processing: response_time")).space
 
 
 def found(space: Space, workers: int = 1) -> set[tuple[int, ...]]:
@@ -67,7 +67,7 @@ def test_clauses_alone_are_exact(kind: str, seed: int, monkeypatch: pytest.Monke
 @pytest.mark.parametrize("seed", cases(12, 2_000))
 def test_a_multiple_of_a_latency_is_searched_like_the_latency(kind: str, seed: int) -> None:
     text = text_of(draw(seed, kind=kind), ("minimise price", "minimise way"))
-    text = text.replace("deadlines: all", "deadlines: all\nprocessing: response_time\nmetrics: {way: latency of f * 2}")
+    text = text.replace("processing: execution_time", "processing: response_time\nmetrics: {way: latency of f * 2}")
     expected = {(price, 2 * latency) for price, latency in front(draw(seed, kind=kind), by_response=True)}
     assert found(loads(text).space, workers=2) == expected
 
@@ -129,7 +129,7 @@ def test_any_design_comes_with_the_figures_that_it_has(seed: int) -> None:
 def test_how_far_a_limit_is_from_what_can_be_is_exact(kind: str, seed: int) -> None:
     """What explains a conflict asks one model again and again, with limits switched on and off."""
     system = draw(seed, kind=kind)
-    text = text_of(system).replace("deadlines: all", "deadlines: all\nprocessing: response_time")
+    text = text_of(system).replace("processing: execution_time", "processing: response_time")
     space = loads(text + "requirements: [latency of f <= 1 ms, response time of t0 <= 500 ms]\n").space
     limits = [build_limit(space, item) for item in space.requirements]
     tight = next(number for number, item in enumerate(limits) if item.requirement.metric.kind == "latency")
@@ -176,7 +176,7 @@ def test_at_other_inputs_threads_wait_as_long_as_they_do_there(limit: str, statu
 @pytest.mark.parametrize("seed", cases(6, 2_000))
 def test_with_clocks_that_nobody_names_nothing_changes(kind: str, seed: int) -> None:
     """Where a file has clocks, what is sampled without offsets counted a period less in the search than it does."""
-    text = text_of(draw(seed, kind=kind)).replace("deadlines: all", "deadlines: all\nprocessing: response_time")
+    text = text_of(draw(seed, kind=kind)).replace("processing: execution_time", "processing: response_time")
     expected = front(draw(seed, kind=kind), by_response=True)
     assert found(loads(f"{text}clocks: {{other: {{}}}}\n").space) == expected
     spread = text.replace("minimise latency of f", "minimise run jitter of f")
@@ -212,7 +212,7 @@ def test_what_runs_on_no_processor_waits_for_none(clocks: str) -> None:
 def test_further_designs_have_the_response_times_that_count(seed: int) -> None:
     """All designs at a point, and some near it: `verify` looks at every design for what was left out."""
     text = text_of(draw(seed, kind=KINDS[seed % len(KINDS)]))
-    problem = loads(text.replace("deadlines: all", "deadlines: all\nprocessing: response_time"))
+    problem = loads(text.replace("processing: execution_time", "processing: response_time"))
     result = dse.solve(problem, workers=1)
     for number, within in ((100, None), (2, "20%")):
         verified = dse.verify(dse.with_further_designs(result, number, within), problem=problem)

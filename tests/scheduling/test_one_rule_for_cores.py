@@ -21,6 +21,7 @@ connections: {w: {from: s, to: c}}
 flows: {f: {path: [s, c]}}
 requirements: [latency of f <= 60 ms]
 objectives: [minimise latency of f, minimise price]
+processing: execution_time
 """
 """All three fit on the first core, where c waits; on the least used one it would not."""
 

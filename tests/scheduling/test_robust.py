@@ -67,8 +67,9 @@ def drawn(seed: int, kind: str, file: Path) -> Iterator[dse.Problem]:
     for number in count(1_000 * seed):
         rng = random.Random(f"robust {number} {kind}")
         stated = [f"'threads.t{item}.compute_execution_time': {{factor: {rng.choice(FACTORS)}}}" for item in (0, 1)]
-        counted = "deadlines: all\nprocessing: response_time" if rng.random() < 0.8 else "deadlines: all"
-        text = text_of(draw(number, kind=kind), rng.choice(OBJECTIVES)).replace("deadlines: all", counted)
+        counted = "response_time" if rng.random() < 0.8 else "execution_time"
+        text = text_of(draw(number, kind=kind), rng.choice(OBJECTIVES))
+        text = text.replace("processing: execution_time", f"processing: {counted}")
         file.write_text(f"{text}uncertainty: {{{', '.join(stated)}}}\n", "utf-8")
         yield load(file)
 

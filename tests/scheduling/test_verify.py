@@ -46,7 +46,7 @@ def test_the_same_with_response_times_in_the_flow(
         monkeypatch.setattr(model, "MOST_AS_A_WHOLE", 0)
         monkeypatch.setattr(model.SecondModel, "_in_parts", by_type_alone(model.SecondModel._in_parts))
     file = tmp_path / "drawn.yaml"
-    text = text_of(draw(seed, kind=kind)).replace("deadlines: all", "deadlines: all\nprocessing: response_time")
+    text = text_of(draw(seed, kind=kind)).replace("processing: execution_time", "processing: response_time")
     file.write_text(text, encoding="utf-8")
     check_both_ways(file, ["model"] if by_type else ["model", "exhaustion"])
 
@@ -81,7 +81,9 @@ def test_waiting_that_only_lessons_raise_is_proved_as_well(
     monkeypatch.setattr(tables, "FEW_DECISIONS", -1)
     monkeypatch.setattr(waiting.WaitVariables, "count", lambda *_: False)
     file = tmp_path / "drawn.yaml"
-    text = text_of(draw(seed, kind="chained")).replace("deadlines: all", "processing: response_time")
+    text = text_of(draw(seed, kind="chained")).replace(
+        "deadlines: all\nprocessing: execution_time", "processing: response_time"
+    )
     file.write_text(text, encoding="utf-8")
     check_both_ways(file, ["model"])
 

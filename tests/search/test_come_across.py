@@ -29,7 +29,7 @@ def test_the_next_solver_begins_where_the_last_one_ended_unless_an_order_counts(
     hinted, learnt = False, 0
     for seed in cases(12):
         text = text_of(draw(seed, kind="reserved"))
-        text = text.replace("deadlines: all", "deadlines: all\nprocessing: response_time")
+        text = text.replace("processing: execution_time", "processing: response_time")
         encoded = encode(Evaluator(space_of(text)))
         strategy, latency = Strategy(encoded), len(encoded.objectives) - 1
         strategy.weights = [int(number == latency) for number in range(len(encoded.objectives))]

@@ -51,7 +51,7 @@ def compared_neighbours(seed: int, monkeypatch: pytest.MonkeyPatch) -> int:
     monkeypatch.setattr(waiting_forms, "SCHEDULE_CASE_LIMIT", 1)
     monkeypatch.setattr(waiting_forms, "TABULATED_TASKS", 1)
     tune(monkeypatch, improving={"work": ((1, 10.0),)})
-    text = text_of(draw(seed, kind="chained")).replace("deadlines: all", "deadlines: all\nprocessing: response_time")
+    text = text_of(draw(seed, kind="chained")).replace("processing: execution_time", "processing: response_time")
     evaluator = Evaluator(space_of(text))
     encoded, rng = encode(evaluator), Random(seed)
     latency = len(encoded.objectives) - 1

@@ -261,6 +261,7 @@ threads:
 connections: {c: {from: s, to: a}, d: {from: a, to: b}}
 flows: {f: {path: [s, a, b]}}
 objectives: [minimise price, minimise latency of f]
+processing: execution_time
 """
 
 

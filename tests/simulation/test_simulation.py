@@ -14,6 +14,7 @@ from dse.questions.verbs.simulate import simulate
 from dse.report.content.simulate import simulation_page
 from dse.support.errors import UsageError
 from tests.helpers.effort import LONG
+from tests.helpers.small import quick
 
 MS = 10**6
 PROBLEMS = Path(__file__).parents[2] / "problems"
@@ -34,6 +35,7 @@ connections:
   raw: {from: sensor, to: filter, data_size: 100 B, bus: b}
   clean: {from: filter, to: control, port: data}
 flows: {main: {path: [sensor, filter, control]}}
+processing: execution_time
 """
 
 
@@ -124,6 +126,7 @@ threads:
   sink: {dispatch_protocol: aperiodic, compute_execution_time: 4 ms}
 connections: {a: {from: fast, to: sink}, b: {from: faster, to: sink}}
 flows: {main: {path: [fast, sink]}}
+processing: execution_time
 """
 
 
@@ -176,6 +179,7 @@ threads:
   sink: {processor: p, dispatch_protocol: sporadic, period: 10 ms, queue_size: 1, compute_execution_time: 2 ms}
 connections: {a: {from: source, to: sink}}
 flows: {main: {path: [source, sink]}}
+processing: execution_time
 """
 
 
@@ -200,6 +204,7 @@ threads:
   sink: {dispatch_protocol: sporadic, period: 10 ms, queue_size: 1, compute_execution_time: 2 ms}
 connections: {a: {from: steady, to: sink}, b: {from: once, to: sink}}
 flows: {main: {path: [steady, sink]}}
+processing: execution_time
 """
 
 
@@ -218,6 +223,7 @@ threads:
   node: {dispatch_protocol: hybrid, period: 8 ms, compute_execution_time: 2 ms, callback_execution_time: 1 ms .. 3 ms}
 connections: {a: {from: source, to: node}}
 flows: {main: {path: [source, node]}}
+processing: execution_time
 """
 
 
@@ -293,7 +299,8 @@ def test_shipped_problems(path: Path, contention: bool) -> None:
 
 def test_the_robot_reaches_its_bounds() -> None:
     """The reported software chain of Table 5.7: three samplings short of 57.503 ms by a nanosecond each at most."""
-    result = simulate(PROBLEMS / "inmark.yaml", contention=False, runs=40 if LONG else 10)
+    problem = quick(dse.load(PROBLEMS / "inmark.yaml"))
+    result = simulate(problem, contention=False, runs=40 if LONG else 10)
     for flow in result.flows:
         assert min(flow.latencies) == flow.bounds_ns[0]
         assert flow.bounds_ns[1] - 3 <= max(flow.latencies) <= flow.bounds_ns[1]

@@ -43,6 +43,7 @@ requirements:
   - latency of f >= 200 ms
   - price <= 4 EUR
 objectives: [minimise latency of f]
+processing: execution_time
 """
 
 

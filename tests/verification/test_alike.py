@@ -20,8 +20,8 @@ from tests.helpers.thread_systems import KINDS, draw, text_of
 FEW = 3_000
 ASKED = {
     "deadlines": lambda text: text,
-    "flow": lambda text: text.replace("deadlines: all", "processing: response_time"),
-    "both": lambda text: text.replace("deadlines: all", "deadlines: all\nprocessing: response_time"),
+    "flow": lambda text: text.replace("deadlines: all\nprocessing: execution_time", "processing: response_time"),
+    "both": lambda text: text.replace("processing: execution_time", "processing: response_time"),
 }
 
 

@@ -52,7 +52,7 @@ def analyse(
     >>> found = dse.analyse("pump.yaml", {"computer.type": "large", "can0.type": "can_250k",
     ...     "filter.dispatch_protocol": "aperiodic", "control.period": "5 ms"})
     >>> found.is_feasible, found.flows[0].max_ns, found.metrics["price"]
-    (True, 8412000, Fraction(24000, 1))
+    (True, 9012000, Fraction(24000, 1))
     """
     texts = decisions_as_texts(design)
     space = with_stated_cores(load(problem).ask(**question), texts).space

@@ -217,7 +217,7 @@ def check(problem: Source, **question: Unpack[Question]) -> Description:
     --------
     >>> import dse
     >>> dse.check("pump.yaml").size
-    48
+    768
     """
     problem_asked = load(problem).ask(**question)
     space = problem_asked.space

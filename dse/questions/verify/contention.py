@@ -54,7 +54,7 @@ class CoreJury:
         That no cores hold is taken from `stated`; cores that it names are judged. Raises as `judged`.
         """
         own = self.judged(design)
-        if stated["status"] == "broken":
+        if stated.get("status") == "broken":
             return replace(own, is_open=False)
         named = stated.get("decisions", {})
         known = {self.space.decisions[index].name: index for index in self.free}

@@ -49,7 +49,7 @@ def check_contention(bench: Bench, method: Method, deadline: float | None) -> No
             try:
                 with until(deadline):
                     bench.compare(f"{place}.contention", written(Contended, jury.restated(design, stated)), stated)
-                    if stated["status"] == "broken" and jury.free:
+                    if stated.get("status") == "broken" and jury.free:
                         proved += _is_refuted(bench, f"{place}.contention", jury, design, (method, deadline))
                 judged += 1
             except OutOfTime:

@@ -275,7 +275,8 @@ def test_an_infeasible_solve_that_was_stopped_is_verified() -> None:
             data = dse.solve(problem, **limits).to_dict()
         found = dse.verify(data, problem=problem)
         assert (found.status, found.findings) == ("verified", ()), after
-        unsought = [clash for item in data["conflicts"] for clash in item["members"] if "looked_for" in clash]
+        members = [clash for item in data["conflicts"] for clash in item["members"]] + data.get("give_up", [])
+        unsought = [clash for clash in members if "looked_for" in clash]
         unlisted = [text for text in found.remarks if text.startswith("no conflict is listed")]
         assert bool(unlisted) == (not data["conflicts"])
         assert len([text for text in found.remarks if "was not looked for" in text]) == len(unsought)

@@ -104,7 +104,7 @@ def test_what_is_told_is_true_of_every_design(seed: int) -> None:
 def test_what_holds_without_waiting_is_found(kind: str, seed: int) -> None:
     """Of every kind of contention: what a design keeps it keeps without waiting, and which demands hold together so."""
     source = random.Random(f"{kind} {seed}")
-    text = text_of(draw(seed, kind=kind)).replace("deadlines: all", "deadlines: all\nprocessing: response_time")
+    text = text_of(draw(seed, kind=kind)).replace("processing: execution_time", "processing: response_time")
     limits = [f"latency of f <= {source.choice((6, 12, 20, 30))} ms", f"price <= {source.choice((10, 20))} EUR"]
     space = dse.loads(text).ask(require=[*limits, f"jitter of f < {source.choice((4, 9, 15))} ms"]).space
     designs = structural_designs(space)

@@ -86,7 +86,8 @@ def test_margins_agree_with_analyse(name: str) -> None:
     """By `dse analyse` of the edited file the last value holds, the first that breaks does; nothing sooner."""
     problem = example(name)
     decisions = design_of(problem.space)
-    problem = loads(effective_text({**merged_data(problem), "rules": []}))  # margins are about requirements
+    stated = {"rules": [], "processing": problem.space.processing}  # margins are about requirements
+    problem = loads(effective_text({**merged_data(problem), **stated}))
     function = function_of(problem, decisions)
     broken = set(broken_texts(function))
     step = 1 if LONG else {"starter": 1, "inmark": 15, "inmark_chapter3": 4}.get(name, 2)

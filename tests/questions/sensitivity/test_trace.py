@@ -64,7 +64,9 @@ def test_spaces_of_other_values_are_those_that_are_built_of_them(name: str) -> N
             assert inputs.variables[now].path == figure.path
             return value if values[now] == figure.nominal else type(value)(values[now])
 
-        spec = with_figures(problem.loaded.spec, make).model_copy(update={"uncertainty": {}})
+        spec = with_figures(problem.loaded.spec, make).model_copy(
+            update={"uncertainty": {}, "processing": problem.space.processing}
+        )
         built = build_space(replace(problem.loaded, spec=spec))
         for part in PARTS:
             assert getattr(kept, part) == getattr(built, part) == getattr(traced, part)
