@@ -104,9 +104,7 @@ def test_check_remarks_what_the_load_does_not_say() -> None:
     assert "can0 is busy for at least 120 % of the time, whatever the design" in dse.check(dse.loads(always)).remarks
     rate = CAN.replace("  command:", "  more: {from: sensor, data_rate: 1 KB/s, bus: can0}\n  command:")
     (remark,) = [text for text in dse.check(dse.loads(rate.replace("minimise busy, ", ""))).remarks if "busier" in text]
-    assert remark.endswith(
-        'its busy time is not computable: "more" states a data rate, but no message size'
-    )
+    assert remark.endswith('its busy time is not computable: "more" states a data rate, but no message size')
 
 
 def test_a_bus_with_a_bandwidth_alone_takes_no_time() -> None:
