@@ -47,7 +47,7 @@ def test_a_file_becomes_the_text_of_a_problem_file(tmp_path: Path) -> None:
 def test_the_format_is_told_by_the_name_or_stated(tmp_path: Path) -> None:
     path = tmp_path / "a.text"
     path.write_text("lamp 1 s\n", encoding="utf-8")
-    with pytest.raises(UsageError, match="which format this is cannot be told"):
+    with pytest.raises(UsageError, match="its name does not say which format it has"):
         import_file(path)
     for name, text, words in (
         ("a.txt", "lamp", "nothing in it tells what it is: expected traces of ros2_tracing"),
