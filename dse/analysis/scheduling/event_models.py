@@ -104,7 +104,7 @@ class EventModels:
         return (_shared_task if self.is_plain else _task_of)(self.stages[key], streams)
 
     def source_task(self, key: TaskKey) -> Task | None:
-        """What releases others, as jobs that nothing holds back; None where it comes without a bound."""
+        """Jobs of what releases others, which nothing holds back; None where they come without a bound."""
         streams = self.streams(key)
         return None if streams is None else Task("", 0, streams)
 
