@@ -28,7 +28,6 @@ from dse.analysis.scheduling.policies.successions import MOST_THREADS, Successio
 from dse.analysis.scheduling.tasks import TaskKey
 from dse.support.units import Exact
 
-
 MOST_ON_CORE = 256
 """The threads of a core with more than this have no windows of chains: their number grows with its square."""
 
