@@ -63,7 +63,7 @@ def form_schema(name: str) -> dict[str, Any]:
     """The JSON Schema of ``dse-NAME/1`` as plain data.
 
     >>> form_schema("verification")["properties"]["checked"]["description"]
-    'What was looked at, and how.'
+    'Checks that were made, and how.'
     """
     schema = FORMS[name].model_json_schema(by_alias=True)
     head = schema_head(name)
