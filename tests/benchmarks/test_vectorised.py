@@ -18,6 +18,7 @@ from dse.space.model.space import Design, Space
 from tests.benchmarks import vectorised
 from tests.benchmarks.vectorised import VectorisedEvaluator
 from tests.helpers.effort import cases
+from tests.helpers.small import without_waiting
 from tests.oracle.generator import random_problem as oracle_problem
 
 MOST = 150
@@ -70,7 +71,7 @@ def test_examples(path: Path) -> None:
 
 @pytest.mark.parametrize("family", FAMILIES)
 def test_generated_problems(family: str) -> None:
-    _, feasible = compare(loads(random_problem(20, 1, 5, family)).space)
+    _, feasible = compare(loads(without_waiting(random_problem(20, 1, 5, family))).space)
     assert feasible
 
 
@@ -80,7 +81,7 @@ def test_trees_and_large_integers_give_the_same(name: str, value: int, monkeypat
     monkeypatch.setattr(vectorised, name, value)
     for seed in range(4):
         compare(loads(oracle_problem(seed, "small")).space, seed)
-    compare(loads(random_problem(8, 1, 5, "event-driven")).space)
+    compare(loads(without_waiting(random_problem(8, 1, 5, "event-driven"))).space)
 
 
 def test_operators_at_their_edges() -> None:

@@ -104,7 +104,7 @@ def test_a_checkpoint_computes_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
 
     monkeypatch.setattr(Measure, "integer", counting)
     states: list[Result] = []
-    asked = dse.load(INMARK)
+    asked = dse.load(INMARK).ask(processing="execution_time")
     result = solve_asked(asked, SearchLimits(), Watcher(checkpoint=states.append))
     assert len(states) > 5 and len(states[-1].front) > 3
     assert all(state.under_way and not point.metrics for state in states for point in state.front)
