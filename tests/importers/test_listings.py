@@ -65,7 +65,7 @@ def test_a_file_that_decides_states_the_call_of_the_model(tmp_path: Path, capsys
     bound = "-> nodes.f; properties Actual_Processor_Binding => (reference (cpu)) applies to nodes;"
     (tmp_path / "planning.aadl").write_text(text.replace("-> nodes.f;", bound), encoding="utf-8")
     (tmp_path / "p.yaml").write_text(CALL, encoding="utf-8")
-    result = dse.solve(tmp_path / "p.yaml")
+    result = dse.solve(tmp_path / "p.yaml", processing="execution_time")
     assert result.front[0].metrics["latency of wanted_to_start"] == 926_400_000
     with pytest.raises(dse.UsageError, match="the model has no connection ask"):
         dse.export(result, 1, "aadl")

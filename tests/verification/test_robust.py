@@ -34,6 +34,7 @@ uncertainty:
 """
 PROBLEM = """dse: 1
 name: robust
+processing: execution_time
 processor_types: {cpu: {price: [10 EUR, 20 EUR]}, big: {cores: 2, price: [30 EUR, 60 EUR]}}
 thread_types:
   quick: {compute_execution_time: {cpu: 1 ms, big: 0.5 ms}}
