@@ -27,7 +27,7 @@ TABLES = Path(__file__).parents[2] / "problems" / "report" / "tables"
 
 def without_waiting(text: str) -> str:
     """The text of a problem file, in which no thread waits for the CPU unless the text says what counts itself."""
-    return text if "processing:" in text else f"{text.rstrip()}\nprocessing: execution_time\n"
+    return text if "processing:" in text else f"{dedent(text).rstrip()}\nprocessing: execution_time\n"
 
 
 def space_of(text: str, **changes: Any) -> Space:
