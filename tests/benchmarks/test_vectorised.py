@@ -13,15 +13,20 @@ import pytest
 from dse.analysis.evaluate import Evaluator
 from dse.examples.random import FAMILIES, random_problem
 from dse.examples.shipped import example_files
-from dse.questions.problem import load, loads
+from dse.questions.problem import Problem, load, loads
 from dse.space.model.space import Design, Space
 from tests.benchmarks import vectorised
 from tests.benchmarks.vectorised import VectorisedEvaluator
 from tests.helpers.effort import cases
-from tests.helpers.small import without_waiting
+from tests.helpers.small import quick, without_waiting
 from tests.oracle.generator import random_problem as oracle_problem
 
 MOST = 150
+
+
+def quick_of(text: str) -> Problem:
+    """The problem of a text, in which no thread waits for the CPU unless the text says what counts itself."""
+    return loads(without_waiting(text))
 
 
 def some_designs(space: Space, seed: int) -> list[Design]:
@@ -58,12 +63,12 @@ def compare(space: Space, seed: int = 0) -> tuple[int, int]:
 
 @pytest.mark.parametrize("seed", cases(20))
 def test_random_problems_of_the_oracle(seed: int) -> None:
-    compare(loads(oracle_problem(seed, "small")).space, seed)
+    compare(quick_of(oracle_problem(seed, "small")).space, seed)
 
 
 @pytest.mark.parametrize("path", example_files(), ids=lambda path: path.stem)
 def test_examples(path: Path) -> None:
-    space = load(path).space
+    space = quick(load(path)).space
     if space.processing != "execution_time":
         pytest.skip("tables of response times take longer than the designs of a benchmark")
     compare(space)
@@ -71,7 +76,7 @@ def test_examples(path: Path) -> None:
 
 @pytest.mark.parametrize("family", FAMILIES)
 def test_generated_problems(family: str) -> None:
-    _, feasible = compare(loads(without_waiting(random_problem(20, 1, 5, family))).space)
+    _, feasible = compare(quick_of(random_problem(20, 1, 5, family)).space)
     assert feasible
 
 
@@ -80,8 +85,8 @@ def test_trees_and_large_integers_give_the_same(name: str, value: int, monkeypat
     """Tables too large for arrays, and sums too large for int64, take the other way: forced here for all."""
     monkeypatch.setattr(vectorised, name, value)
     for seed in range(4):
-        compare(loads(oracle_problem(seed, "small")).space, seed)
-    compare(loads(without_waiting(random_problem(8, 1, 5, "event-driven"))).space)
+        compare(quick_of(oracle_problem(seed, "small")).space, seed)
+    compare(quick_of(random_problem(8, 1, 5, "event-driven")).space)
 
 
 def test_operators_at_their_edges() -> None:
@@ -99,13 +104,13 @@ objectives: [minimise price, maximise utilisation of c]
             for limit in limits:
                 if operator == "==" and metric != "price":
                     continue
-                count, feasible = compare(loads(text.replace("REQUIREMENT", f"{metric} {operator} {limit}")).space)
+                count, feasible = compare(quick_of(text.replace("REQUIREMENT", f"{metric} {operator} {limit}")).space)
                 assert count == 6
                 assert feasible in range(7)
 
 
 def test_excess_is_zero_exactly_where_a_limit_holds_and_grows_beyond_it() -> None:
-    space = loads(random_problem(8, 1, 2, "robot")).space
+    space = quick_of(random_problem(8, 1, 2, "robot")).space
     evaluator = Evaluator(space)
     designs = some_designs(space, 1)
     batch = VectorisedEvaluator(evaluator).evaluate(designs)
@@ -119,7 +124,7 @@ def test_excess_is_zero_exactly_where_a_limit_holds_and_grows_beyond_it() -> Non
 
 
 def test_no_designs_and_inactive_options() -> None:
-    space = loads(random_problem(8, 1, 2, "robot")).space
+    space = quick_of(random_problem(8, 1, 2, "robot")).space
     tables = VectorisedEvaluator(Evaluator(space))
     width = len(space.decisions)
     empty = tables.evaluate(np.zeros((0, width), dtype=np.int64))
