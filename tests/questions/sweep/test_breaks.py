@@ -161,7 +161,7 @@ def test_a_limit_on_all_of_a_kind(vary: str) -> None:
 
 def test_a_sweep_over_all_of_a_kind(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     file = tmp_path / "several.yaml"
-    file.write_text(SEVERAL, encoding="utf-8")
+    file.write_text(f"{SEVERAL.rstrip()}\nprocessing: execution_time\n", encoding="utf-8")
     assert run(["sweep", str(file), "--vary", "utilisation=50%..70%", "--no-store"]) == 0
     text = capsys.readouterr().out
     assert "utilisation <= 50 % .. 70 %" in text and "proved: 4 break-points; nothing changes between them" in text
