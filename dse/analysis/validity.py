@@ -109,7 +109,10 @@ def _different_identifiers(space: Space) -> Iterator[Predicate]:
 
 
 def _whole_frames(space: Space) -> Iterator[Predicate]:
-    """What has the message of another connection carries none itself, and the data of a frame fit into it."""
+    """The conditions of messages that carry the data of several connections: none is carried itself, and all data fit.
+
+    A message that carries others has a frame of its own, and their data together are no longer than that frame.
+    """
     for number, item in enumerate(space.connections):
         heads = {leaf for leaf in leaves(item.carried_in) if leaf is not None}
         for head in sorted(heads):

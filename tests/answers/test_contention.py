@@ -190,10 +190,14 @@ def test_the_word_of_the_referee_is_that_of_the_analysis_and_of_the_simulation(s
         assert free.is_feasible or judged.broken
         assert free.contended is not None or free.is_feasible == holds
         if holds and seed % 4 == 0:
-            seen = dse.simulate(problem, chosen, runs=4, endless_queues=True)
             limits = {item.metric.kind: item.limit.value * 10**9 for item in result.space.requirements}
-            for flow in seen.flows:
-                assert max(flow.latencies, default=0) <= limits["latency"]
+            for endless in (
+                False,
+                True,
+            ):  # what comes sooner than a sporadic thread takes it waits without end, or is lost
+                seen = dse.simulate(problem, chosen, runs=4, endless_queues=endless)
+                for flow in seen.flows:
+                    assert (endless and flow.excuse) or max(flow.latencies, default=0) <= limits["latency"]
     assert dse.verify(result, problem=problem).status == "verified"
 
 

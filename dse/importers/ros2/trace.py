@@ -278,7 +278,7 @@ class Seen:
         return Callback(f"{node}/on{topic}", node, LocatedValue({}, 0, 0), topic=topic)
 
     def _unit(self, handle: Handle, file: LocatedFile) -> Any:
-        """What serialises callbacks: an executor of one thread, a callback group, else the OS thread."""
+        """The unit in which callbacks run one at a time: an executor with one thread, a callback group, or an OS thread."""
         timer = self.of_timer.get(handle)
         subscription = self.objects.get(self.of_subscription.get(handle, (0, 0)))
         entity = timer if timer is not None else subscription
@@ -342,7 +342,7 @@ TAKES: Mapping[str, Callable[[Seen, Event, Any], None]] = {
 
 
 def _rate(times: array[int]) -> str:
-    """How often something came, on average; "" where that is not known."""
+    """The average rate of events at these times (ns) as text, such as ``10 Hz``; "" where fewer than two are known."""
     ordered = sorted(times)
     if len(ordered) < 2 or ordered[-1] == ordered[0]:
         return ""

@@ -34,7 +34,10 @@ def conflicts_of(asked: Problem, wishes: Wishes) -> tuple[tuple[Conflict, ...], 
 
 
 def _alone(explainer: Explainer, found: Explanation) -> Iterator[Relaxation]:
-    """What it takes of each member of a conflict by itself, also where one statement demands it with others."""
+    """The relaxation of each member of a conflict alone: by how much its limit has to move for a design to exist.
+
+    That is told, too, of a member that the file demands together with others in one statement.
+    """
     members = explainer.oracle.members
     named = {demand for conflict in found.conflicts for demand, _ in conflict.members}
     for item in found.relaxations:

@@ -1,4 +1,8 @@
-"""What a result says of its designs when threads wait, judged again; that a design holds on no cores, proved again."""
+"""Checks of the verdicts with waiting for the CPU in a result: each is judged again, and each "broken" proved again.
+
+A verdict says whether a design of a front without waiting keeps every requirement when threads wait: on its own cores,
+on other cores, or on none. That it does on none is proved by a second model, which shares neither encoder nor search.
+"""
 
 from __future__ import annotations
 

@@ -225,7 +225,10 @@ _LATEST: list[tuple[Resource, Sequence[Task | None], list[Exact | None]]] = []
 
 
 def _waits(resource: Resource, tasks: Sequence[Task | None]) -> list[Exact | None]:
-    """What messages wait in their queues (`waits_in_queues`), of the bus asked about last without a further search."""
+    """The longest time in ns that each message of a bus waits in the queue of its sender; None without a bound.
+
+    Those of the bus that was asked about last are remembered (`waits_in_queues`).
+    """
     for known, seen, waits in _LATEST:
         if known is resource and len(seen) == len(tasks) and all(map(is_, seen, tasks)):
             return waits
