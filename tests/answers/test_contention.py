@@ -194,7 +194,7 @@ def test_the_word_of_the_referee_is_that_of_the_analysis_and_of_the_simulation(s
             for endless in (
                 False,
                 True,
-            ):  # what comes sooner than a sporadic thread takes it waits without end, or is lost
+            ):  # what comes too soon for a sporadic thread waits, or is lost
                 seen = dse.simulate(problem, chosen, runs=4, endless_queues=endless)
                 for flow in seen.flows:
                     assert (endless and flow.excuse) or max(flow.latencies, default=0) <= limits["latency"]

@@ -278,7 +278,7 @@ class Seen:
         return Callback(f"{node}/on{topic}", node, LocatedValue({}, 0, 0), topic=topic)
 
     def _unit(self, handle: Handle, file: LocatedFile) -> Any:
-        """The unit in which callbacks run one at a time: an executor with one thread, a callback group, or an OS thread."""
+        """The unit in which callbacks run one at a time: an executor of one thread, a callback group, or a thread."""
         timer = self.of_timer.get(handle)
         subscription = self.objects.get(self.of_subscription.get(handle, (0, 0)))
         entity = timer if timer is not None else subscription
