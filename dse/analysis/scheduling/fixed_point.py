@@ -163,7 +163,11 @@ class Rounds:
             self._before[number] = tasks
             together = _remembered(resource, tasks) if self.is_plain and not related else None
             for position, entry in enumerate(resource.entries):
-                found = self._end_of(resource, position, tasks, succession) if together is None else together[position]
+                has_lag = entry.key in self.sources
+                window = None
+                if together is None or has_lag:
+                    window = window_of(resource, position, tasks, succession, self.segments)
+                found = self._end_of(resource, position, tasks, window) if together is None else together[position]
                 if found is not None and self.count > 1 and self._is_beyond(found):
                     found = found if found == self.ends[entry.key] else None
                 if self.ends[entry.key] is not None and found != self.ends[entry.key]:
@@ -171,8 +175,8 @@ class Rounds:
                         self._note_loss(resource, position, tasks)
                     self.ends[entry.key], changed = found, True
                     self.events.raised(entry.key)
-                if entry.key in self.sources:
-                    changed |= self._raise_lag(resource, position, tasks, succession)
+                if has_lag:
+                    changed |= self._raise_lag(entry.key, window)
             for chain in self.chains[number]:
                 changed |= self._raise_chain(resource, chain, tasks, succession)
         return changed
@@ -194,12 +198,8 @@ class Rounds:
             changed |= self._raise((*chain.key, "lag"), None if lag is None else lag - chain.sent_ns)
         return changed
 
-    def _raise_lag(
-        self, resource: Resource, position: int, tasks: Sequence[Task | None], succession: Succession
-    ) -> bool:
+    def _raise_lag(self, key: TaskKey, window: Window | None) -> bool:
         """Raise the lag of a stage; whether it rose."""
-        key = resource.entries[position].key
-        window = window_of(resource, position, tasks, succession, self.segments)
         lag = None
         if window is not None and self.ends[key] is not None:
             assert isinstance(window, Preempted)
@@ -234,10 +234,9 @@ class Rounds:
         return end_ns > self.system.horizon_ns or self.count > MOST_ROUNDS
 
     def _end_of(
-        self, resource: Resource, position: int, tasks: Sequence[Task | None], succession: Succession
+        self, resource: Resource, position: int, tasks: Sequence[Task | None], window: Window | None
     ) -> Exact | None:
         """When a stage ends after the release of its thread, with what is known so far."""
-        window = window_of(resource, position, tasks, succession, self.segments)
         found = None if window is None else window.response_ns()
         if resource.entries[position].is_piece:
             return self.segments.end_ns(resource, position, tasks, found)

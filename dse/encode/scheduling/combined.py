@@ -91,7 +91,7 @@ class Combined:
             return base
         key = ("cut", processor, other.number, thread.number)
         if key not in self._made:
-            cuts = [item for number in between if (item := self._timers(number))]
+            cuts = [item for number in between if (item := self.timers(number))]
             if not cuts:
                 return None
             made = self.model.new_bool_var("")
@@ -100,7 +100,7 @@ class Combined:
                 self.implied([base, self.any_of(timers)], made.index)
         return self._made[key]
 
-    def _timers(self, number: int) -> tuple[int, ...]:
+    def timers(self, number: int) -> tuple[int, ...]:
         """Literals of which one is true where a timer releases a thread."""
         thread = self.places.threads.get(number)
         return () if thread is None else tuple(sorted(index for index, rate in thread.modes if rate is not None))

@@ -115,7 +115,7 @@ class ChainRows:
         first = self.waiting.firsts.get(number)
         if first is not None:
             self.waiting.model.add(variable >= self.waiting.combined.variable(first))
-        for index in self._timers(number):
+        for index in self.waiting.combined.timers(number):
             self.waiting.model.add(variable >= whole).only_enforce_if(self.waiting.combined.literal(index))
 
     def _may_lag(self, number: int) -> bool:
@@ -185,11 +185,6 @@ class ChainRows:
         }
         return self.waiting.combined.any_of(tuple(sorted(found))) if found else None
 
-    def _timers(self, number: int) -> tuple[int, ...]:
-        """Literals of which one is true where a timer releases a thread."""
-        thread = self.waiting.places.threads.get(number)
-        return () if thread is None else tuple(sorted(index for index, rate in thread.modes if rate is not None))
-
     def _cuts(self, before: int, number: int) -> list[tuple[int, ...]]:
         """Literals that are all true only where a thread is no chain with the one before, in several ways.
 
@@ -199,7 +194,7 @@ class ChainRows:
         one, other = places.threads.get(before), places.threads.get(number)
         if one is None or other is None:
             return [(places.true,)]
-        timers = self._timers(number)
+        timers = self.waiting.combined.timers(number)
         cuts: list[tuple[int, ...]] = [(index,) for index in timers]
         if places.true in timers:
             return [(places.true,)]
