@@ -8,6 +8,7 @@ from math import prod
 
 import pytest
 
+from tests.helpers.chain_examples import AWAY, EARLY, FOUR, HEAD, SELDOM
 from tests.helpers.effort import LONG, cases
 
 from .drawn import kept
@@ -890,57 +891,18 @@ def test_threads_end_as_in_the_examples_of_the_documents(order: str, threads: st
     }
 
 
-CHAINED = """
-dse: 1
-name: chained
-processing: response_time
-deadlines: none
-processor_types: {cpu: {}}
-processors: {p: {type: cpu}, q: {type: cpu}}
-"""
-FOUR = """
-threads:
-  t: {processor: p, period: 10 ms, compute_execution_time: 2 ms}
-  a: {processor: p, period: 20 ms, compute_execution_time: 1 ms}
-  b: {processor: p, dispatch_protocol: aperiodic, compute_execution_time: 1 ms}
-  c: {processor: p, dispatch_protocol: aperiodic, compute_execution_time: 1 ms}
-  d: {processor: p, dispatch_protocol: aperiodic, compute_execution_time: 1 ms}
-connections: {ab: {from: a, to: b}, bc: {from: b, to: c}, cd: {from: c, to: d}}
-flows: {f: {path: [a, b, c, d]}}
-objectives: [minimise latency of f]
-"""
-AWAY = """
-threads:
-  a: {processor: p, period: 40 ms, compute_execution_time: 6 ms, priority: 3}
-  b: {processor: q, dispatch_protocol: aperiodic, compute_execution_time: 1 ms}
-  c: {processor: p, dispatch_protocol: aperiodic, compute_execution_time: 1 ms, priority: 1}
-  o: {processor: p, period: 4 ms, compute_execution_time: 2 ms, priority: 2}
-connections: {ab: {from: a, to: b}, bc: {from: b, to: c}}
-flows: {f: {path: [a, b, c]}}
-objectives: [minimise latency of f]
-"""
-EARLY = """
-threads:
-  a: {processor: p, period: 20 ms, compute_execution_time: 1 ms .. 16 ms}
-  b: {processor: q, dispatch_protocol: aperiodic, compute_execution_time: 8 ms, priority: 1}
-  u: {processor: q, period: 20 ms, compute_execution_time: 4 ms, priority: 2}
-connections: {ab: {from: a, to: b}}
-flows: {f: {path: [a, b]}}
-objectives: [minimise latency of f]
-"""
-
-
 @pytest.mark.parametrize(
     ("threads", "ends_ms", "latency_ms"),
     [
-        (FOUR, {"a": 3, "b": 3, "c": 3, "d": 3}, 6),
+        (FOUR.replace("TIMER", "2 ms"), {"a": 3, "b": 3, "c": 3, "d": 3}, 6),
         (AWAY, {"a": 6}, 16),
         (EARLY, {"a": 16, "b": 15}, 28),  # the second of two jobs that come 5 ms apart has been released early
+        (SELDOM.replace("PATH", "x"), {"b": 2, "x": 7, "a": 17}, 7),  # b comes up to 16 ms late, and once in a window
     ],
 )
 def test_chains_end_as_in_the_examples_of_the_documents(threads: str, ends_ms: dict[str, int], latency_ms: int) -> None:
     """docs/semantics.md, section 4.9."""
-    ((_, figures),) = evaluated(load_text(CHAINED + threads))
+    ((_, figures),) = evaluated(load_text(HEAD + threads))
     assert figures["flows"]["f"]["max"] == latency_ms * 10**6
     assert {name: figures["responses"][name] for name in ends_ms} == {
         name: end * 10**6 for name, end in ends_ms.items()

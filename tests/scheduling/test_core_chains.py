@@ -16,73 +16,10 @@ from dse.analysis.scheduling.responses import UNBOUNDED_NS, all_responses, solut
 from dse.analysis.scheduling.waits import Waits
 from dse.analysis.views import View
 from dse.space.model.space import Space
+from tests.helpers.chain_examples import AWAY, EARLY, FORK, FOUR, HEAD, JOIN, SELDOM
 from tests.helpers.core_chains import draw, played, problem_of, some_groups
 from tests.helpers.effort import cases
 from tests.helpers.support import space_of
-
-HEAD = """
-dse: 1
-name: chain
-processing: response_time
-deadlines: none
-processor_types: {p: {}}
-processors: {p: {type: p}, q: {type: p}, z: {type: p}}
-objectives: [minimise latency of f]
-"""
-FOUR = """
-threads:
-  t: {processor: p, period: 10 ms, compute_execution_time: TIMER}
-  a: {processor: p, period: 20 ms, compute_execution_time: 1 ms}
-  b: {processor: p, dispatch_protocol: aperiodic, compute_execution_time: 1 ms}
-  c: {processor: p, dispatch_protocol: aperiodic, compute_execution_time: 1 ms}
-  d: {processor: p, dispatch_protocol: aperiodic, compute_execution_time: 1 ms}
-connections: {ab: {from: a, to: b}, bc: {from: b, to: c}, cd: {from: c, to: d}}
-flows: {f: {path: [a, b, c, d]}}
-"""
-AWAY = """
-threads:
-  a: {processor: p, period: 40 ms, compute_execution_time: 6 ms, priority: 3}
-  b: {processor: q, dispatch_protocol: aperiodic, compute_execution_time: 1 ms}
-  c: {processor: p, dispatch_protocol: aperiodic, compute_execution_time: 1 ms, priority: 1}
-  o: {processor: p, period: 4 ms, compute_execution_time: 2 ms, priority: 2}
-connections: {ab: {from: a, to: b}, bc: {from: b, to: c}}
-flows: {f: {path: [a, b, c]}}
-"""
-EARLY = """
-threads:
-  a: {processor: p, period: 20 ms, compute_execution_time: 1 ms .. 16 ms}
-  b: {processor: q, dispatch_protocol: aperiodic, compute_execution_time: 8 ms, priority: 1}
-  x: {processor: q, period: 20 ms, compute_execution_time: 4 ms, priority: 2}
-connections: {ab: {from: a, to: b}}
-flows: {f: {path: [a, b]}}
-"""
-SELDOM = """
-threads:
-  a: {processor: p, period: 20 ms, compute_execution_time: 1 ms .. 12 ms, priority: 1}
-  b: {processor: p, dispatch_protocol: aperiodic, compute_execution_time: 2 ms, priority: 3}
-  x: {processor: p, period: 20 ms, compute_execution_time: 5 ms, priority: 2}
-connections: {ab: {from: a, to: b}}
-flows: {f: {path: [PATH]}}
-"""
-FORK = """
-threads:
-  a: {processor: p, period: 20 ms, compute_execution_time: 1 ms}
-  b: {processor: p, dispatch_protocol: aperiodic, compute_execution_time: 1 ms, priority: 1}
-  c: {processor: p, dispatch_protocol: aperiodic, compute_execution_time: 3 ms, priority: 2}
-connections: {ab: {from: a, to: b}, ac: {from: a, to: c}}
-flows: {f: {path: [a, b]}}
-"""
-JOIN = """
-threads:
-  x: {processor: p, period: 10 ms, compute_execution_time: 2 ms}
-  a: {processor: p, period: 20 ms, compute_execution_time: 1 ms}
-  b: {processor: p, dispatch_protocol: aperiodic, compute_execution_time: 1 ms}
-  c: {processor: p, dispatch_protocol: aperiodic, compute_execution_time: 1 ms}
-  y: {processor: q, period: 20 ms, compute_execution_time: 15 ms}
-  j: {processor: z, dispatch_protocol: aperiodic, join: all, compute_execution_time: 1 ms}
-connections: {ab: {from: a, to: b}, bc: {from: b, to: c}, v: {from: c, to: j}, u: {from: y, to: j}}
-flows: {f: {path: [a, b, c, v, j]}}
-"""
 
 
 def latencies(space: Space, view: View) -> dict[str, Fraction]:

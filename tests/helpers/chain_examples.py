@@ -1,0 +1,67 @@
+"""The examples of chains of threads (docs/semantics.md, section 4.9), as problem files: a head, and threads to it."""
+
+from __future__ import annotations
+
+HEAD = """
+dse: 1
+name: chain
+processing: response_time
+deadlines: none
+processor_types: {p: {}}
+processors: {p: {type: p}, q: {type: p}, z: {type: p}}
+objectives: [minimise latency of f]
+"""
+FOUR = """
+threads:
+  t: {processor: p, period: 10 ms, compute_execution_time: TIMER}
+  a: {processor: p, period: 20 ms, compute_execution_time: 1 ms}
+  b: {processor: p, dispatch_protocol: aperiodic, compute_execution_time: 1 ms}
+  c: {processor: p, dispatch_protocol: aperiodic, compute_execution_time: 1 ms}
+  d: {processor: p, dispatch_protocol: aperiodic, compute_execution_time: 1 ms}
+connections: {ab: {from: a, to: b}, bc: {from: b, to: c}, cd: {from: c, to: d}}
+flows: {f: {path: [a, b, c, d]}}
+"""
+AWAY = """
+threads:
+  a: {processor: p, period: 40 ms, compute_execution_time: 6 ms, priority: 3}
+  b: {processor: q, dispatch_protocol: aperiodic, compute_execution_time: 1 ms}
+  c: {processor: p, dispatch_protocol: aperiodic, compute_execution_time: 1 ms, priority: 1}
+  o: {processor: p, period: 4 ms, compute_execution_time: 2 ms, priority: 2}
+connections: {ab: {from: a, to: b}, bc: {from: b, to: c}}
+flows: {f: {path: [a, b, c]}}
+"""
+EARLY = """
+threads:
+  a: {processor: p, period: 20 ms, compute_execution_time: 1 ms .. 16 ms}
+  b: {processor: q, dispatch_protocol: aperiodic, compute_execution_time: 8 ms, priority: 1}
+  x: {processor: q, period: 20 ms, compute_execution_time: 4 ms, priority: 2}
+connections: {ab: {from: a, to: b}}
+flows: {f: {path: [a, b]}}
+"""
+SELDOM = """
+threads:
+  a: {processor: p, period: 20 ms, compute_execution_time: 1 ms .. 12 ms, priority: 1}
+  b: {processor: p, dispatch_protocol: aperiodic, compute_execution_time: 2 ms, priority: 3}
+  x: {processor: p, period: 20 ms, compute_execution_time: 5 ms, priority: 2}
+connections: {ab: {from: a, to: b}}
+flows: {f: {path: [PATH]}}
+"""
+FORK = """
+threads:
+  a: {processor: p, period: 20 ms, compute_execution_time: 1 ms}
+  b: {processor: p, dispatch_protocol: aperiodic, compute_execution_time: 1 ms, priority: 1}
+  c: {processor: p, dispatch_protocol: aperiodic, compute_execution_time: 3 ms, priority: 2}
+connections: {ab: {from: a, to: b}, ac: {from: a, to: c}}
+flows: {f: {path: [a, b]}}
+"""
+JOIN = """
+threads:
+  x: {processor: p, period: 10 ms, compute_execution_time: 2 ms}
+  a: {processor: p, period: 20 ms, compute_execution_time: 1 ms}
+  b: {processor: p, dispatch_protocol: aperiodic, compute_execution_time: 1 ms}
+  c: {processor: p, dispatch_protocol: aperiodic, compute_execution_time: 1 ms}
+  y: {processor: q, period: 20 ms, compute_execution_time: 15 ms}
+  j: {processor: z, dispatch_protocol: aperiodic, join: all, compute_execution_time: 1 ms}
+connections: {ab: {from: a, to: b}, bc: {from: b, to: c}, v: {from: c, to: j}, u: {from: y, to: j}}
+flows: {f: {path: [a, b, c, v, j]}}
+"""
