@@ -5,14 +5,17 @@ from __future__ import annotations
 import time
 from collections.abc import Mapping
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 from dse.analysis.diagnosis.front_verdicts import with_contention
 from dse.answers.contention_verdicts import Contended
 from dse.answers.result import Result
 from dse.questions.verify.contention import CoreJury
-from dse.search.feasibility.other_cores import OtherCores
 from dse.space.model.space import Design, Space
 from dse.support.timelimit import OutOfTime, TimeLimit, look_at_the_clock, until
+
+if TYPE_CHECKING:
+    from dse.search.feasibility.other_cores import OtherCores
 
 LEAST_TIME_S = 10.0
 """Without a time limit the referee has as long as the search took, at least this long."""
@@ -53,6 +56,8 @@ def _judged(counted: Space, designs: Mapping[str, Design], limit: TimeLimit, cor
     found: dict[str, Contended] = {}
     if not designs:
         return found
+    from dse.search.feasibility.other_cores import OtherCores
+
     try:
         with until(limit):
             jury = CoreJury(counted)

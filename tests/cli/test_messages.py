@@ -116,7 +116,7 @@ def test_columns_are_the_width_of_what_is_piped(
     widest = {}
     for columns in ("60", "300", "0", "wide"):
         monkeypatch.setenv("COLUMNS", columns)
-        widest[columns] = max(map(len, said(["analyse", STARTER], 4, capsys).splitlines()))
+        widest[columns] = max(map(len, said(["analyse", STARTER, "--all"], 4, capsys).splitlines()))
     assert widest["60"] <= 60 < widest["0"] == widest["wide"] <= 160 < widest["300"] <= 300
 
 

@@ -53,7 +53,7 @@ NEVER = {
 }
 ARGUMENTS = {
     "--help": ["--help"],
-    "check": ["check", INMARK],
+    "check": ["check", INMARK, "--processing", "execution-time"],
     "new": ["new", "--list"],
     "solve": ["solve", INMARK, "--max-jitter", "20ms"],
     "solve quietly": ["solve", INMARK, "--max-jitter", "20ms", "-q"],
