@@ -51,7 +51,8 @@ def chain_wait_ns(space: Space, chain: FlowChain, view: View) -> Exact:
     In ns; `UNBOUNDED_NS` and more without a bound.
     """
     alone = (longest_alone_ns(space, number, "thread", view) for number in chain.threads)
-    return sum(_longer_ns(space, chain, view)) - sum(alone)
+    whole = _ends_ns(space, chain, view)[-1]
+    return (whole if whole < UNBOUNDED_NS else sum(_longer_ns(space, chain, view))) - sum(alone)
 
 
 def _longer_ns(space: Space, chain: FlowChain, view: View) -> list[Exact]:
