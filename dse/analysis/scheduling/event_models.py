@@ -103,6 +103,11 @@ class EventModels:
             return None
         return (_shared_task if self.is_plain else _task_of)(self.stages[key], streams)
 
+    def leaving(self, key: TaskKey) -> Streams:
+        """The streams at which the jobs of a stage end; None when their jitter has no bound."""
+        self.streams(self.stages[key].first)
+        return self._leaving(key)
+
     def source_task(self, key: TaskKey) -> Task | None:
         """Jobs of what releases others, which nothing holds back; None where they come without a bound."""
         streams = self.streams(key)

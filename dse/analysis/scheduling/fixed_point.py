@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Iterator, Mapping, Sequence
 from copy import copy
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property, partial
 from typing import Any, TypeAlias
 
@@ -211,7 +211,7 @@ class Rounds:
         jobs, response = self.events.source_task(source), window.response_ns()
         if jobs is None or response is None:
             return None
-        lag = replace(window, source=jobs).response_ns()
+        lag = window.counted_from(jobs).response_ns()
         return None if lag is None else min(lag, response)
 
     def _raise(self, key: ChainKey | LagKey, found: Exact | None) -> bool:
@@ -286,7 +286,9 @@ def window_of(
         return buses.window_of(resource, position, tasks)
     if entry.executor is None:
         over = succession.over_before((position,), entry.rivals)
-        return preemptive.window_of(resource, position, succession.in_window(entry.key, tasks), over)
+        cases = succession.cases(entry.key, position, tasks)
+        windows = [preemptive.window_of(resource, position, case, over) for case in cases]
+        return preemptive.longest(windows)
     if not entry.is_piece:
         return executors.window_of(resource, position, tasks, succession)
     return accelerators.window_of(resource, position, tasks, succession, segments.since_ns(entry))

@@ -116,7 +116,10 @@ class Waits(Windows):
         if not isinstance(window, Preempted):
             return None
         if source is not None:
-            window = replace(window, source=self.events.source_task(source))
+            jobs = self.events.source_task(source)
+            if jobs is None:
+                return None
+            window = window.counted_from(jobs)
         parts = window.parts()
         if parts is None:
             return None

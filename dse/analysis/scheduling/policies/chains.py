@@ -22,7 +22,8 @@ from functools import lru_cache
 
 from dse.analysis.scheduling.busy_window import Task
 from dse.analysis.scheduling.model import ChainKey, Entry, Resource, Stage, System
-from dse.analysis.scheduling.policies.preemptive import Preempted
+from dse.analysis.scheduling.policies.coupled import NOT_THERE
+from dse.analysis.scheduling.policies.preemptive import Preempted, longest
 from dse.analysis.scheduling.policies.reservations import gaps_and_servers
 from dse.analysis.scheduling.policies.successions import MOST_THREADS, Succession, is_prioritised
 from dse.analysis.scheduling.tasks import TaskKey
@@ -138,23 +139,34 @@ def window_of(
     What passes between the threads counts with what blocks them. None where the first thread or a rival comes without a
     bound, and where jobs of a chain meet that takes time between its threads.
     """
+    cases = succession.cases(resource.entries[chain.lowest].key, chain.members[0], tasks)
+    return longest([_window_of(resource, chain, case, succession) for case in cases])
+
+
+def _window_of(
+    resource: Resource, chain: Chain, tasks: Sequence[Task | None], succession: Succession
+) -> Preempted | None:
+    """The window of a chain where its threads and rivals come as `tasks`."""
     entries, lowest = resource.entries, resource.entries[chain.lowest]
     first, last = (entries[chain.members[place]].key for place in (0, -1))
-    tasks = succession.in_window(lowest.key, tasks)
     head = tasks[chain.members[0]]
     if head is None:
         return None
     stages = (succession.events.stages[entries[position].key] for position in chain.members)
     own = [Task(one.name, one.cost_ns, head.streams, head.separation_ns, one.key) for one in stages]
     found = [*gaps_and_servers(resource, lowest, tasks), *(tasks[position] for position in chain.rivals)]
-    rivals = tuple(item for item in found if item is not None)
-    if len(rivals) < len(found):
+    if None in found:
         return None
+    rivals = tuple(item for item in found if item is not None and item is not NOT_THERE)
     if not succession.are_apart(first, last):
         left_out = [replace(own[0], worst_ns=chain.absent_ns)] if chain.absent_ns else []
         return None if chain.breaks else Preempted(own[-1], (*own[:-1], *left_out, *rivals), lowest.blocking_ns)
     over = succession.over_before(chain.members, chain.rivals)
-    kin = tuple(item for position in chain.rivals if position in over and (item := tasks[position]) is not None)
+    kin = tuple(
+        item
+        for position in chain.rivals
+        if position in over and (item := tasks[position]) is not None and item is not NOT_THERE
+    )
     work_ns = sum(item.worst_ns for item in own) + chain.absent_ns
     whole = Task(own[-1].name, work_ns, head.streams, head.separation_ns, own[-1].stage)
     under_way_ns = sum(item.worst_ns for item in own[chain.breaks[0] :]) if chain.breaks else 0

@@ -3,7 +3,9 @@
 From the beginning of a busy window until its end the core runs what is at least as urgent, and nothing else. A thread
 whose predecessor there is less urgent than that comes once at most in the window: its predecessor ends no job
 meanwhile. One that is released at once by a predecessor as urgent comes no more often than that: what this had released
-before has ended (docs/semantics.md, section 4.9).
+before has ended. When the window begins one less urgent thread at most has just ended, or has a section that nothing
+interrupts: what others of these release at once does not come. In that case what comes before that thread in its chain
+comes later than it may come otherwise (docs/semantics.md, section 4.9).
 
 That is counted where the file states cores and priorities. Where they are decisions a thread that joins a core would
 make bounds less, and what is learnt of few threads would not hold of more.
@@ -11,12 +13,18 @@ make bounds less, and what is learnt of few threads would not hold of more.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 
-from dse.analysis.scheduling.busy_window import Task
+from dse.analysis.scheduling.busy_window import Stream, Task
 from dse.analysis.scheduling.event_models import EventModels, once
 from dse.analysis.scheduling.model import Resource, Stage
 from dse.analysis.scheduling.tasks import TaskKey
+from dse.analysis.terms import picked
+from dse.support.units import Exact
+
+NOT_THERE = Task("", 0, ())
+"""In place of a stage that does not come in a window."""
 
 
 def has_coupled(stages: Mapping[TaskKey, Stage], resource: Resource) -> bool:
@@ -24,44 +32,98 @@ def has_coupled(stages: Mapping[TaskKey, Stage], resource: Resource) -> bool:
     return any(before_on_core(stages, stages[entry.key]) is not None for entry in resource.entries)
 
 
-def in_window(
-    events: EventModels, resource: Resource, level: TaskKey, tasks: Sequence[Task | None]
-) -> Sequence[Task | None]:
-    """The stages of a resource as they come in a busy window of the priority of one of them.
+def cases_in_window(
+    events: EventModels, resource: Resource, level: TaskKey, first: int, tasks: Sequence[Task | None]
+) -> list[Sequence[Task | None]]:
+    """The stages of a resource as they come in a busy window of the priority of one of them, in each case there is.
 
-    `tasks` are they as they come at any time; None is one that comes without a bound.
+    `tasks` are they as they come at any time; None is one that comes without a bound, `NOT_THERE` one that does not
+    come. The window is that of the stage at the position `first`, or of a chain that begins with it.
     """
     stated = events.stages[level].stated
     if stated is None:
-        return tasks
+        return [tasks]
     found: list[Task | None] = []
-    for entry, task in zip(resource.entries, tasks, strict=True):
+    behind: dict[TaskKey, list[int]] = {}
+    for position, (entry, task) in enumerate(zip(resource.entries, tasks, strict=True)):
         stage = events.stages[entry.key]
-        head = _head_of(events.stages, stage, stated.priority)
-        if head is None:
+        head, less_urgent = _head_of(events.stages, stage, stated.priority)
+        if less_urgent is not None and is_soon(head, less_urgent):
             found.append(once(stage))
+            if not _sent_ns(head):
+                behind.setdefault(less_urgent.key, []).append(position)
         else:
             found.append(task if head is stage else events.released_as(stage.key, head.key))
-    return found
+    if not behind:
+        return [found]
+    grouped = {position for members in behind.values() for position in members}
+    own = next((key for key, members in behind.items() if first in members), None)
+    ended: list[TaskKey | None] = [None, *behind] if own is None else [own]
+    cases: list[Sequence[Task | None]] = []
+    for less_urgent_key in ended:
+        there = set() if less_urgent_key is None else behind[less_urgent_key]
+        case = [
+            NOT_THERE if position in grouped and position not in there else task for position, task in enumerate(found)
+        ]
+        if less_urgent_key is not None:
+            _delay(events, resource, less_urgent_key, case)
+        cases.append(case)
+    return cases
 
 
-def _head_of(stages: Mapping[TaskKey, Stage], stage: Stage, priority: int) -> Stage | None:
-    """The stage of whose releases one comes no more often than in windows of a priority; None of one that comes once.
+def _head_of(stages: Mapping[TaskKey, Stage], stage: Stage, priority: int) -> tuple[Stage, Stage | None]:
+    """The stage of whose releases one comes no more often than in windows of a priority.
 
-    What a less urgent one has sent when the window begins is one message at most where that takes less than any job of
-    it, and none of its work has begun that nothing interrupts.
+    With it the less urgent stage that releases that one, if such a one does.
     """
     passed = [stage]
     while (before := before_on_core(stages, passed[-1])) is not None and before not in passed:
-        link, other = passed[-1].follows, before.stated
-        assert link is not None
-        assert other is not None
-        if other.priority < priority:
-            return None if is_soon(passed[-1], before) else passed[-1]
-        if link.most_ns:
+        assert before.stated is not None
+        if before.stated.priority < priority:
+            return passed[-1], before
+        if _sent_ns(passed[-1]):
             break
         passed.append(before)
-    return passed[-1]
+    return passed[-1], None
+
+
+def _sent_ns(stage: Stage) -> Exact:
+    """How long a message takes at most that releases a stage behind another one."""
+    assert stage.follows is not None
+    return stage.follows.most_ns
+
+
+def _delay(events: EventModels, resource: Resource, key: TaskKey, case: list[Task | None]) -> None:
+    """Let what comes before a stage in its chain come as late as it does where that stage has just ended.
+
+    The next job of the chain begins a period after that one, which ends no later than its bound.
+    """
+    passed_on = events.leaving(key)
+    way = list(_way_up(events.stages, key))
+    if passed_on is None or len(passed_on) != 1 or not way or events.stages[way[-1][0]].separation_ns is not None:
+        return
+    (last,), shortest = passed_on, dict(way)
+    for position, entry in enumerate(resource.entries):
+        task = case[position]
+        if entry.key not in shortest or task is None or task.separation_ns is not None or len(task.streams) != 1:
+            continue
+        (stream,) = task.streams
+        if stream.period_ns == last.period_ns:
+            later = last.jitter_ns + shortest[entry.key] - last.period_ns
+            case[position] = replace(task, streams=(Stream(stream.period_ns, picked("min", stream.jitter_ns, later)),))
+
+
+def _way_up(stages: Mapping[TaskKey, Stage], key: TaskKey) -> Iterator[tuple[TaskKey, Exact]]:
+    """The stages before one in its chain, the nearest first, each with the least time from its release to that end."""
+    least: Exact = stages[key].best_ns
+    passed = {key}
+    while (link := stages[key].follows) is not None and link.after is not None and link.after not in passed:
+        key = link.after
+        if stages[key].pieces:
+            return
+        passed.add(key)
+        least += link.least_ns + stages[key].best_ns
+        yield key, least
 
 
 def is_soon(stage: Stage, before: Stage) -> bool:

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 
 from dse.analysis.scheduling.busy_window import PLAIN, Task, is_plain, most_jobs, response_time_ns, worst_job_ns
 from dse.analysis.scheduling.model import Entry, Resource
 from dse.analysis.scheduling.parts import Parts, before_job
+from dse.analysis.scheduling.policies.coupled import NOT_THERE
 from dse.analysis.scheduling.policies.reservations import gaps_and_servers
 from dse.support.units import Exact
 
@@ -35,6 +36,15 @@ class Preempted:
     kin: tuple[Task, ...] | None = None
     under_way_ns: Exact = 0
     source: Task | None = None
+    others: tuple[Preempted, ...] = ()
+    """The windows of other cases, which take no longer."""
+
+    def counted_from(self, source: Task) -> Preempted:
+        """The window with the time counted from the latest release that there can be of a source: the longest case."""
+        cases = [replace(one, source=source, others=()) for one in (self, *self.others)]
+        found = longest(cases)
+        assert found is not None
+        return found
 
     def response_ns(self) -> Exact | None:
         """The longest time from the release of a job to its end, in ns; None where it has no bound.
@@ -70,6 +80,22 @@ class Preempted:
         return before_job(self.task, jobs, self.blocked_ns, over, end)
 
 
+def longest(cases: Sequence[Preempted | None]) -> Preempted | None:
+    """The window, of several of which one is the case, that takes the longest; None where one is None."""
+    if len(cases) == 1:
+        return cases[0]
+    found: Preempted | None = None
+    for case in cases:
+        time = None if case is None else case.response_ns()
+        if case is None or time is None:
+            return case
+        known = None if found is None else found.response_ns()
+        if found is None or known is None or time > known:
+            found = case
+    others = tuple(case for case in cases if case is not None and case is not found)
+    return None if found is None else replace(found, others=others)
+
+
 @lru_cache(16384)
 def _remembered(
     task: Task,
@@ -101,7 +127,7 @@ def window_of(
     job = task.single() if entry.is_piece and not entry.shares_turn else task
     if rivals is None:
         return None
-    kin = tuple(item for position in over if (item := tasks[position]) is not None)
+    kin = tuple(item for position in over if (item := tasks[position]) is not None and item is not NOT_THERE)
     return Preempted(job, rivals, entry.blocking_ns, kin or None)
 
 
@@ -114,5 +140,6 @@ def rivals_of(
     """
     positions = (*entry.rivals, *entry.siblings) if siblings else entry.rivals
     found = [*gaps_and_servers(resource, entry, tasks), *(tasks[item] for item in positions)]
-    given = tuple(item for item in found if item is not None)
-    return given if len(given) == len(found) else None
+    if None in found:
+        return None
+    return tuple(item for item in found if item is not None and item is not NOT_THERE)

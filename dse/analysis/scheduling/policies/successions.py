@@ -15,7 +15,7 @@ from itertools import islice
 from dse.analysis.scheduling.busy_window import Task
 from dse.analysis.scheduling.event_models import EventModels
 from dse.analysis.scheduling.model import Entry, Resource, Stage, System
-from dse.analysis.scheduling.policies.coupled import has_coupled, in_window
+from dse.analysis.scheduling.policies.coupled import cases_in_window, has_coupled
 from dse.analysis.scheduling.policies.segments import apart_ns
 from dse.analysis.scheduling.tasks import TaskKey
 from dse.support.units import Exact
@@ -159,9 +159,12 @@ class Succession:
         """Whether a thread of the resource is released at once by another one on the same stated core."""
         return self.resource.wire is None and has_coupled(self.events.stages, self.resource)
 
-    def in_window(self, level: TaskKey, tasks: Sequence[Task | None]) -> Sequence[Task | None]:
-        """The stages of the resource as they come in a busy window of the priority of one of them."""
-        return in_window(self.events, self.resource, level, tasks) if self.has_coupled else tasks
+    def cases(self, level: TaskKey, first: int, tasks: Sequence[Task | None]) -> list[Sequence[Task | None]]:
+        """The stages of the resource as they come in a busy window of the priority of one of them, in each case.
+
+        The window is that of the stage at the position `first`, or of a chain that begins with it.
+        """
+        return cases_in_window(self.events, self.resource, level, first, tasks) if self.has_coupled else [tasks]
 
     @cached_property
     def relatives_there(self) -> Mapping[int, frozenset[int]]:
