@@ -310,12 +310,13 @@ def _rivals(case: _Case, thread: Thread, numbers: Iterable[int]) -> Iterator[tup
             continue
         if may_succeed(case.space, case.number, number):  # in a chain they need not wait for each other
             continue
+        if may_come_once(case.space, number, (case.number,)):
+            continue
         speed = rate_hz(case.space, ("activation", number), case.view)
         work = work_ns(case.space, number, case.view)
         if speed and work and _goes_first(case, other, thread):
             separation = -(-NS_PER_S * speed.denominator // speed.numerator)
-            is_once = may_come_once(case.space, number, (case.number,))
-            yield number, Task("", work, () if is_once else (Stream(separation),))
+            yield number, Task("", work, (Stream(separation),))
 
 
 def _no_later(other: Thread, speed: Fraction, latest: Fraction | None) -> tuple[int, ...]:

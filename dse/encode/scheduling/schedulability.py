@@ -306,10 +306,11 @@ class Rows:
                 continue
             if may_succeed(self.space, thread.number, other.number):
                 continue
+            if may_come_once(self.space, other.number, (thread.number,)):
+                continue
             if thread.priority is not None and other.priority >= thread.priority:
-                is_once = may_come_once(self.space, other.number, (thread.number,))
                 for (_, rate), literals in self.here(other, core).items():
-                    urgent += [(literal, Fraction(0) if is_once else rate, other) for literal in literals]
+                    urgent += [(literal, rate, other) for literal in literals]
         return CoreDemand(latest, urgent, [(thread, pair)], [pair])
 
     def add_demand(self, core: int, demand: CoreDemand) -> None:

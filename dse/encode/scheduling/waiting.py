@@ -40,6 +40,7 @@ from dse.encode.scheduling.delays.hosted import add_hosted_rows
 from dse.encode.scheduling.delays.jitters import Jitters
 from dse.encode.scheduling.delays.jobs import JobRows
 from dse.encode.scheduling.places import Places, Thread
+from dse.space.architecture.chains import may_come_once
 from dse.space.model.space import Space
 from dse.space.model.trees import at, leaves
 from dse.support.timelimit import look_at_the_clock
@@ -121,14 +122,19 @@ class WaitRows:
         return cp_model.LinearExpr.weighted_sum(literals, [self.scale * worst for _, worst in thread.worst])
 
     def _rivals(self, number: int) -> list[Thread]:
-        """Threads that may delay a thread and are simple enough to be counted."""
+        """Threads that may delay a thread and are simple enough to be counted.
+
+        Not those that come once at most in its busy windows: of these only some do (docs/semantics.md, section 4.9).
+        """
         thread = self.places.threads.get(number)
         if thread is None or thread.is_odd or thread.rates is None:
             return []
         found = {}
         for processor in thread.cores:
             for other in self.places.on(processor):
-                if other.number != number and not other.is_odd and other.rates is not None:
+                if other.number == number or other.is_odd or other.rates is None:
+                    continue
+                if not may_come_once(self.space, other.number, (number,)):
                     found[other.number] = other
         return list(found.values())
 

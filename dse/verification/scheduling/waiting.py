@@ -60,7 +60,10 @@ class WaitVariables:
             others = [
                 other
                 for other in self.work
-                if other != number and self._may_wait(number, other) and not may_succeed(space, number, other)
+                if other != number
+                and self._may_wait(number, other)
+                and not may_succeed(space, number, other)
+                and not may_come_once(space, other, (number,))
             ]
             shares = [self._share(number, other) for other in others]
             model.add(self.first[number] >= self.scale * sum(shares))
@@ -82,6 +85,8 @@ class WaitVariables:
         shares = []
         for other in self.work:
             if other in chain or any(may_succeed(self.space, number, other) for number in members):
+                continue
+            if may_come_once(self.space, other, members):
                 continue
             share = self.model.new_int_var(0, UNBOUNDED_NS, "")
             for number in members:
@@ -157,8 +162,6 @@ class WaitVariables:
         known = all_responses(self.space, view)
         fresh = False
         for (number, other), (waits, share) in self._done.items():
-            if may_come_once(self.space, other, (number,)):
-                continue
             response = known.get((number, "thread"), 0)
             separation = self.waits.separation_ns(other, view)
             for job in range(2, MOST_JOBS + 1):

@@ -20,7 +20,7 @@ from dse.encode.linear import floor_int
 from dse.encode.scheduling.combined import Combined
 from dse.encode.scheduling.delays.jitters import Jitters
 from dse.encode.scheduling.places import Places, Thread
-from dse.space.architecture.chains import before_on_core, may_come_once
+from dse.space.architecture.chains import before_on_core
 from dse.support.units import Exact
 
 MOST_JOBS = 32
@@ -64,8 +64,6 @@ class JobRows:
         delays the whole of it on a processor. `view` is a design that does so.
         """
         space, fresh = self.places.space, False
-        if may_come_once(space, other.number, (waiter,) if isinstance(waiter, int) else waiter.threads):
-            return False
         for literal, rate in other.rates or ():
             for job in range(2, MOST_JOBS + 1) if rate else ():
                 if (job - 1) * NS_PER_S >= reach * rate:
