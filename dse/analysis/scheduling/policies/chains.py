@@ -8,8 +8,9 @@ the whole chain, where the bounds of the threads, added up, count it for each (d
 
 * Where a job of the chain always ends before the next one is released, the chain is one job that takes all its own
   time, and the times between its threads.
-* Else, where nothing passes between the threads, job q of vm ends behind q jobs of its own and all jobs of the threads
-  before it, which are released when v1 is: the busy window of vm with these as rivals.
+* Else, where nothing passes between the threads, let v be the first of them that is less urgent than all behind it.
+  Job q of vm ends behind q jobs of v and of those behind v, and all jobs of the threads before v, which are released
+  when v1 is: a later job of v waits until vm has ended.
 
 The sum of the threads' own bounds may be less: the least of all ways to cut a chain into windows holds.
 """
@@ -159,8 +160,10 @@ def _window_of(
         return None
     rivals = tuple(item for item in found if item is not None and item is not NOT_THERE)
     if not succession.are_apart(first, last):
-        left_out = [replace(own[0], worst_ns=chain.absent_ns)] if chain.absent_ns else []
-        return None if chain.breaks else Preempted(own[-1], (*own[:-1], *left_out, *rivals), lowest.blocking_ns)
+        place = _first_in_turn(entries, chain.members)
+        work_ns = sum(item.worst_ns for item in own[place:]) + chain.absent_ns
+        in_turn = replace(own[-1], worst_ns=work_ns)
+        return None if chain.breaks else Preempted(in_turn, (*own[:place], *rivals), lowest.blocking_ns)
     over = succession.over_before(chain.members, chain.rivals)
     kin = tuple(
         item
@@ -177,3 +180,12 @@ def _window_of(
             under_way_ns = 0
     waits_ns = (1 + len(chain.breaks)) * lowest.blocking_ns + chain.sent_ns
     return Preempted(whole, rivals, waits_ns, kin, under_way_ns)
+
+
+def _first_in_turn(entries: Sequence[Entry], members: Sequence[int]) -> int:
+    """The place of the first thread of a chain that goes before none of those behind it."""
+    return next(
+        place
+        for place, position in enumerate(members)
+        if not any(position in entries[other].rivals for other in members[place + 1 :])
+    )
