@@ -53,8 +53,9 @@ class Stream:
 class Task:
     """A task on a core: one job of up to `worst_ns` at each event of any of its streams.
 
-    `separation_ns` is a minimum distance between two jobs on top of that (a sporadic thread's period), or None.
-    Without a stream there is one job only. Its name, and the `stage` that it is, if it is one, make no difference.
+    `separation_ns` is a minimum distance between two jobs on top of that (a sporadic thread's period), or None. In a
+    window there are no more jobs than `most`, where that is known; without a stream there are so many, or one. Its
+    name, and the `stage` that it is, if it is one, make no difference.
     """
 
     name: str = field(compare=False)
@@ -62,6 +63,7 @@ class Task:
     streams: tuple[Stream, ...]
     separation_ns: int | None = None
     stage: TaskKey | None = field(default=None, compare=False)
+    most: int | None = None
 
     @property
     def utilisation(self) -> Fraction:
@@ -69,6 +71,8 @@ class Task:
 
         A fraction of one core, exact: the worst time over the period of each stream, at most over the separation.
         """
+        if self.most is not None:
+            return Fraction(0)
         worst = Fraction(1) * self.worst_ns
         share = sum((worst / stream.period_ns for stream in self.streams), Fraction(0))
         return share if self.separation_ns is None else min(share, worst / self.separation_ns)
@@ -105,6 +109,8 @@ def load(tasks: Sequence[Task]) -> float | Fraction:
 
 
 def _rough_share(task: Task) -> float:
+    if task.most is not None:
+        return 0.0
     share = sum(float(task.worst_ns / stream.period_ns) for stream in task.streams)
     return share if task.separation_ns is None else min(share, float(task.worst_ns / task.separation_ns))
 
@@ -133,9 +139,10 @@ def most_jobs(task: Task, window_ns: Exact) -> int:
     2
     """
     if not task.streams:
-        return 1
+        return task.most or 1
     jobs = sum(-(-(window_ns + stream.jitter_ns) // stream.period_ns) for stream in task.streams)
-    return jobs if task.separation_ns is None else min(jobs, -(-window_ns // task.separation_ns))
+    jobs = jobs if task.separation_ns is None else min(jobs, -(-window_ns // task.separation_ns))
+    return jobs if task.most is None else min(jobs, task.most)
 
 
 def densest_releases_ns(task: Task) -> Iterator[Exact]:
@@ -235,11 +242,11 @@ def worst_job_ns(
     apart = None if source is None else densest_releases_ns(source)
     released = next(releases)
     busy: Exact = blocked_ns + under_way_ns + task.worst_ns
-    streams = [(stream, other.worst_ns) for other in rivals if other.separation_ns is None for stream in other.streams]
+    others = [other for other in rivals if other.separation_ns is not None or other.most or not other.streams]
+    streams = [(stream, other.worst_ns) for other in rivals if other not in others for stream in other.streams]
     terms = [(stream.period_ns, worst_ns) for stream, worst_ns in streams]
     # the first release of each that `busy` has no work of
     following: list[Exact] = [-stream.jitter_ns for stream, _ in streams]
-    others = [other for other in rivals if other.separation_ns is not None or not other.streams]
     counted = jobs = 0
     while True:
         grows = True

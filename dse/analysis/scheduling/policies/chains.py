@@ -140,7 +140,8 @@ def window_of(
     What passes between the threads counts with what blocks them. None where the first thread or a rival comes without a
     bound, and where jobs of a chain meet that takes time between its threads.
     """
-    cases = succession.cases(resource.entries[chain.lowest].key, chain.members[0], tasks)
+    level, pieces = resource.entries[chain.lowest].key, 1 + len(chain.breaks)
+    cases = succession.cases(level, chain.members[0], tasks, pieces)
     return longest([_window_of(resource, chain, case, succession) for case in cases])
 
 

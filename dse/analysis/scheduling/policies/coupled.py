@@ -33,12 +33,13 @@ def has_coupled(stages: Mapping[TaskKey, Stage], resource: Resource) -> bool:
 
 
 def cases_in_window(
-    events: EventModels, resource: Resource, level: TaskKey, first: int, tasks: Sequence[Task | None]
+    events: EventModels, resource: Resource, level: TaskKey, first: int, tasks: Sequence[Task | None], pieces: int = 1
 ) -> list[Sequence[Task | None]]:
     """The stages of a resource as they come in a busy window of the priority of one of them, in each case there is.
 
     `tasks` are they as they come at any time; None is one that comes without a bound, `NOT_THERE` one that does not
-    come. The window is that of the stage at the position `first`, or of a chain that begins with it.
+    come. The window is that of the stage at the position `first`, or of a chain that begins with it and is under way
+    between so many `pieces`. Each of these may begin behind another less urgent thread.
     """
     stated = events.stages[level].stated
     if stated is None:
@@ -48,12 +49,15 @@ def cases_in_window(
     for position, (entry, task) in enumerate(zip(resource.entries, tasks, strict=True)):
         stage = events.stages[entry.key]
         head, less_urgent = _head_of(events.stages, stage, stated.priority)
-        if less_urgent is not None and is_soon(head, less_urgent):
+        comes = task if head is stage else events.released_as(stage.key, head.key)
+        if less_urgent is None or not is_soon(head, less_urgent) or (pieces > 1 and position == first):
+            found.append(comes)
+        elif pieces > 1:
+            found.append(replace(once(stage) if comes is None else comes, most=pieces))
+        else:
             found.append(once(stage))
             if not _sent_ns(head):
                 behind.setdefault(less_urgent.key, []).append(position)
-        else:
-            found.append(task if head is stage else events.released_as(stage.key, head.key))
     if not behind:
         return [found]
     grouped = {position for members in behind.values() for position in members}

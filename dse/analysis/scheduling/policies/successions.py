@@ -159,12 +159,16 @@ class Succession:
         """Whether a thread of the resource is released at once by another one on the same stated core."""
         return self.resource.wire is None and has_coupled(self.events.stages, self.resource)
 
-    def cases(self, level: TaskKey, first: int, tasks: Sequence[Task | None]) -> list[Sequence[Task | None]]:
+    def cases(
+        self, level: TaskKey, first: int, tasks: Sequence[Task | None], pieces: int = 1
+    ) -> list[Sequence[Task | None]]:
         """The stages of the resource as they come in a busy window of the priority of one of them, in each case.
 
-        The window is that of the stage at the position `first`, or of a chain that begins with it.
+        The window is that of the stage at the position `first`, or of a chain that begins with it, in so many `pieces`.
         """
-        return cases_in_window(self.events, self.resource, level, first, tasks) if self.has_coupled else [tasks]
+        if not self.has_coupled:
+            return [tasks]
+        return cases_in_window(self.events, self.resource, level, first, tasks, pieces)
 
     @cached_property
     def relatives_there(self) -> Mapping[int, frozenset[int]]:
