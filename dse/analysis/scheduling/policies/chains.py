@@ -20,6 +20,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
+from typing import cast
 
 from dse.analysis.scheduling.busy_window import Task
 from dse.analysis.scheduling.model import ChainKey, Entry, Resource, Stage, System
@@ -138,17 +139,22 @@ def window_of(
     """The busy window from the release of the first thread of a chain until the end of the last one.
 
     What passes between the threads counts with what blocks them. None where the first thread or a rival comes without a
-    bound, and where jobs of a chain meet that takes time between its threads.
+    bound.
     """
-    level, pieces = resource.entries[chain.lowest].key, 1 + len(chain.breaks)
-    cases = succession.cases(level, chain.members[0], tasks, pieces)
-    return longest([_window_of(resource, chain, case, succession) for case in cases])
+    first, last = (resource.entries[chain.members[place]].key for place in (0, -1))
+    is_apart = succession.are_apart(first, last)
+    pieces = 1 + len(chain.breaks) if is_apart or not chain.breaks else None
+    cases = succession.cases(resource.entries[chain.lowest].key, chain.members[0], tasks, pieces)
+    return longest([_window_of(resource, chain, case, succession, is_apart=is_apart) for case in cases])
 
 
 def _window_of(
-    resource: Resource, chain: Chain, tasks: Sequence[Task | None], succession: Succession
+    resource: Resource, chain: Chain, tasks: Sequence[Task | None], succession: Succession, *, is_apart: bool
 ) -> Preempted | None:
-    """The window of a chain where its threads and rivals come as `tasks`."""
+    """The window of a chain where its threads and rivals come as `tasks`.
+
+    It `is_apart` where each job of the chain has ended when the next one is released.
+    """
     entries, lowest = resource.entries, resource.entries[chain.lowest]
     first, last = (entries[chain.members[place]].key for place in (0, -1))
     head = tasks[chain.members[0]]
@@ -160,12 +166,17 @@ def _window_of(
     if None in found:
         return None
     rivals = tuple(item for item in found if item is not None and item is not NOT_THERE)
-    if not succession.are_apart(first, last):
-        place = _first_in_turn(entries, chain.members)
-        work_ns = sum(item.worst_ns for item in own[place:]) + chain.absent_ns
-        in_turn = replace(own[-1], worst_ns=work_ns)
-        return None if chain.breaks else Preempted(in_turn, (*own[:place], *rivals), lowest.blocking_ns)
-    over = succession.over_before(chain.members, chain.rivals)
+    way_ns = len(chain.breaks) * lowest.blocking_ns + chain.sent_ns
+    meeting: Preempted | None = None
+    if not is_apart:
+        place = len(own) - 1 if chain.breaks else _first_in_turn(entries, chain.members)
+        in_turn_ns = sum(item.worst_ns for item in own[place:]) + chain.absent_ns + way_ns
+        meeting = Preempted(
+            replace(own[-1], worst_ns=cast(int, in_turn_ns)), (*own[:place], *rivals), lowest.blocking_ns
+        )
+        if not chain.breaks:
+            return meeting
+    over = succession.over_before(chain.members, chain.rivals) if is_apart else ()
     kin = tuple(
         item
         for position in chain.rivals
@@ -174,13 +185,14 @@ def _window_of(
     work_ns = sum(item.worst_ns for item in own) + chain.absent_ns
     whole = Task(own[-1].name, work_ns, head.streams, head.separation_ns, own[-1].stage)
     under_way_ns = sum(item.worst_ns for item in own[chain.breaks[0] :]) if chain.breaks else 0
+    if meeting is not None:  # no less than where jobs do not meet
+        return longest([meeting, Preempted(whole, rivals, lowest.blocking_ns + way_ns, kin, under_way_ns)])
     rest_ns = succession.rest_ns(first, last)
     if under_way_ns and rest_ns is not None:
         lone = Preempted(Task(whole.name, under_way_ns, ()), rivals, lowest.blocking_ns).response_ns()
         if lone is not None and lone <= rest_ns:  # what the job before leaves, and all behind it, is over by then
             under_way_ns = 0
-    waits_ns = (1 + len(chain.breaks)) * lowest.blocking_ns + chain.sent_ns
-    return Preempted(whole, rivals, waits_ns, kin, under_way_ns)
+    return Preempted(whole, rivals, lowest.blocking_ns + way_ns, kin, under_way_ns)
 
 
 def _first_in_turn(entries: Sequence[Entry], members: Sequence[int]) -> int:

@@ -33,13 +33,18 @@ def has_coupled(stages: Mapping[TaskKey, Stage], resource: Resource) -> bool:
 
 
 def cases_in_window(
-    events: EventModels, resource: Resource, level: TaskKey, first: int, tasks: Sequence[Task | None], pieces: int = 1
+    events: EventModels,
+    resource: Resource,
+    level: TaskKey,
+    first: int,
+    tasks: Sequence[Task | None],
+    pieces: int | None = 1,
 ) -> list[Sequence[Task | None]]:
     """The stages of a resource as they come in a busy window of the priority of one of them, in each case there is.
 
     `tasks` are they as they come at any time; None is one that comes without a bound, `NOT_THERE` one that does not
     come. The window is that of the stage at the position `first`, or of a chain that begins with it and is under way
-    between so many `pieces`. Each of these may begin behind another less urgent thread.
+    between so many `pieces` (None: as many as come). Each of these may begin behind another less urgent thread.
     """
     stated = events.stages[level].stated
     if stated is None:
@@ -50,7 +55,8 @@ def cases_in_window(
         stage = events.stages[entry.key]
         head, less_urgent = _head_of(events.stages, stage, stated.priority)
         comes = task if head is stage else events.released_as(stage.key, head.key)
-        if less_urgent is None or not is_soon(head, less_urgent) or (pieces > 1 and position == first):
+        is_own = pieces != 1 and position == first
+        if less_urgent is None or not is_soon(head, less_urgent) or is_own or pieces is None:
             found.append(comes)
         elif pieces > 1:
             found.append(replace(once(stage) if comes is None else comes, most=pieces))
@@ -70,7 +76,7 @@ def cases_in_window(
             NOT_THERE if position in grouped and position not in there else task for position, task in enumerate(found)
         ]
         if less_urgent_key is not None:
-            _delay(events, resource, less_urgent_key, case)
+            _delay(events, resource, less_urgent_key, first, case)
         cases.append(case)
     return cases
 
@@ -97,10 +103,11 @@ def _sent_ns(stage: Stage) -> Exact:
     return stage.follows.most_ns
 
 
-def _delay(events: EventModels, resource: Resource, key: TaskKey, case: list[Task | None]) -> None:
+def _delay(events: EventModels, resource: Resource, key: TaskKey, first: int, case: list[Task | None]) -> None:
     """Let what comes before a stage in its chain come as late as it does where that stage has just ended.
 
-    The next job of the chain begins a period after that one, which ends no later than its bound.
+    The next job of the chain begins a period after that one, which ends no later than its bound. The stage at the
+    position `first`, whose window it is, comes as before: else a bound would fall when another stage joins the core.
     """
     passed_on = events.leaving(key)
     way = list(_way_up(events.stages, key))
@@ -109,7 +116,9 @@ def _delay(events: EventModels, resource: Resource, key: TaskKey, case: list[Tas
     (last,), shortest = passed_on, dict(way)
     for position, entry in enumerate(resource.entries):
         task = case[position]
-        if entry.key not in shortest or task is None or task.separation_ns is not None or len(task.streams) != 1:
+        if position == first or entry.key not in shortest or task is None:
+            continue
+        if task.separation_ns is not None or len(task.streams) != 1:
             continue
         (stream,) = task.streams
         if stream.period_ns == last.period_ns:

@@ -84,16 +84,17 @@ def longest(cases: Sequence[Preempted | None]) -> Preempted | None:
     """The window, of several of which one is the case, that takes the longest; None where one is None."""
     if len(cases) == 1:
         return cases[0]
-    found: Preempted | None = None
+    windows: list[Preempted] = []
     for case in cases:
-        time = None if case is None else case.response_ns()
-        if case is None or time is None:
+        if case is None or case.response_ns() is None:
             return case
-        known = None if found is None else found.response_ns()
-        if found is None or known is None or time > known:
-            found = case
-    others = tuple(case for case in cases if case is not None and case is not found)
-    return None if found is None else replace(found, others=others)
+        windows += [replace(case, others=()), *case.others]
+    place = 0
+    times = [window.response_ns() or 0 for window in windows]
+    for other, time in enumerate(times):
+        if time > times[place]:
+            place = other
+    return replace(windows[place], others=(*windows[:place], *windows[place + 1 :]))
 
 
 @lru_cache(16384)

@@ -160,7 +160,7 @@ class Succession:
         return self.resource.wire is None and has_coupled(self.events.stages, self.resource)
 
     def cases(
-        self, level: TaskKey, first: int, tasks: Sequence[Task | None], pieces: int = 1
+        self, level: TaskKey, first: int, tasks: Sequence[Task | None], pieces: int | None = 1
     ) -> list[Sequence[Task | None]]:
         """The stages of the resource as they come in a busy window of the priority of one of them, in each case.
 
