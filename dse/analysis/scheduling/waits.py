@@ -127,7 +127,8 @@ class Waits(Windows):
         work = sum(self.system.stages[key].cost_ns for key in own)
         waited = window.task.worst_ns + parts.waited_ns - work - sent
         others = tuple((task, jobs) for task, jobs in parts.interference if task.stage not in own)
-        parts = replace(parts, interference=others, blocked_ns=parts.blocked_ns - sent, earlier_ns=0)
+        in_blocked = 0 if window.kin is None else sent  # else each job of the chain is as long as it is on its way
+        parts = replace(parts, interference=others, blocked_ns=parts.blocked_ns - in_blocked, earlier_ns=0)
         parts = replace(parts, earlier_ns=waited - parts.waited_ns)
         name = ", ".join(told_name(self.space, key) for key in own)
         return (self._made(resource, lowest, work, parts, name),)
