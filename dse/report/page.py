@@ -9,7 +9,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
-from typing import Any, ClassVar, Literal, TypeAlias
+from typing import ClassVar, Literal, TypeAlias
+
+from dse.report.plots.canvas import Drawing
 
 NOTHING = "\N{EN DASH}"
 """The cell of a table where there is nothing to say."""
@@ -113,12 +115,12 @@ class Table:
 class Plot:
     """A plot with its caption, drawn where it is shown; `name` is the stem of its file, a table has its figures.
 
-    `draw` makes a Vega-Lite specification, only when a writer shows plots.
+    `draw` makes it, only when a writer shows plots.
     """
 
     kind: ClassVar = "plot"
     name: str
-    draw: Callable[[], dict[str, Any]]
+    draw: Callable[[], Drawing]
     caption: str
 
 
@@ -252,15 +254,3 @@ def labelled(pairs: Iterable[tuple[str, str]]) -> list[Block]:
     """
     items = tuple(Item(text, label) for label, text in pairs)
     return [Listing(items)] if items else []
-
-
-def numbered(sections: Sequence[Section]) -> list[tuple[int, Section]]:
-    """Each section with the number of its first plot on the page.
-
-    Pairs of a number, from 0, and a section; scripts of the page find a plot by its number.
-    """
-    pairs, count = [], 0
-    for section in sections:
-        pairs.append((count, section))
-        count += len(section.plots)
-    return pairs

@@ -12,7 +12,7 @@ from dse.answers.ranking.variants import varying
 from dse.answers.tables.display import counted, display_unit, figure, readable, titled
 from dse.report.amounts import MOST_ROWS, Data, decisions_text, figure_text, number_of
 from dse.report.page import NOTHING, Block, Plot, Section, Table, Text, few, listing, texts
-from dse.report.plots.front import Spec
+from dse.report.plots.canvas import Drawing
 from dse.report.plots.study import shares, tornado
 from dse.report.words.basis import scale_of
 from dse.report.words.contention import study_counting_words
@@ -167,7 +167,7 @@ def _tornado_plot(metric: str, bars: Sequence[Data], currency: str) -> Plot:
     return Plot(f"tornado-{metric}", partial(_tornado_chart, metric, bars, currency, words), words)
 
 
-def _tornado_chart(metric: str, bars: Sequence[Data], currency: str, words: str) -> Spec:
+def _tornado_chart(metric: str, bars: Sequence[Data], currency: str, words: str) -> Drawing:
     unit = bars[0]["unit"]
     records = []
     for bar in bars[:SHOWN_BARS]:
@@ -258,7 +258,7 @@ def _index_blocks(uncertainty: Data, currency: str) -> Iterator[Block]:
         yield Table(caption, ("input", "alone", "with interactions", "effect"), tuple(rows), (1, 2, 3))
 
 
-def _variance_chart(index: Data, paths: Sequence[str], words: str) -> Spec:
+def _variance_chart(index: Data, paths: Sequence[str], words: str) -> Drawing:
     records = [
         {
             "label": f"{path} · {index['total'][path]:.3f}",

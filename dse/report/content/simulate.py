@@ -10,7 +10,7 @@ from dse.analysis.terms import PPM
 from dse.answers.simulation import CONTENTION, LATENCY, FlowObservation, Simulation, TaskObservation
 from dse.answers.tables.display import column, counted, readable
 from dse.report.page import NOTHING, Block, Page, Plot, Section, Table, Text, few, listing, texts
-from dse.report.plots.front import Spec
+from dse.report.plots.canvas import Drawing
 from dse.report.plots.study import histogram
 from dse.report.words.basis import basis_words, counting_words
 from dse.space.question.settings import settings_of
@@ -139,7 +139,7 @@ def _verdict(flow: FlowObservation) -> str:
     return "within"
 
 
-def _drawn(flow: FlowObservation) -> Spec:
+def _drawn(flow: FlowObservation) -> Drawing:
     """The histogram with the bounds that the analysis gives."""
     bars = [
         {

@@ -11,7 +11,7 @@ from dse.answers.ranking.variants import find_variants, varying
 from dse.answers.tables.display import counted, display_unit, figure, readable, titled
 from dse.report.amounts import MOST_ROWS, Data, decisions_text, number_of
 from dse.report.page import Block, Item, Listing, Plot, Section, Table, Text, listing, texts
-from dse.report.plots.front import Spec
+from dse.report.plots.canvas import Drawing
 from dse.report.plots.study import lines_chart
 from dse.report.words.basis import scale_of
 from dse.report.words.contention import study_contention_words, study_counting_words
@@ -182,7 +182,7 @@ def _steps_plot(runs: Sequence[Data], info: Data, currency: str) -> Plot:
     return Plot(f"best-{info['name']}", partial(_steps_chart, runs, info, currency, words), words)
 
 
-def _steps_chart(runs: Sequence[Data], info: Data, currency: str, words: str) -> Spec:
+def _steps_chart(runs: Sequence[Data], info: Data, currency: str, words: str) -> Drawing:
     unit, metric = runs[0]["unit"], runs[0]["metric"]
     pick = min if info["sense"] == "minimise" else max
     records: list[dict[str, Any]] = []
