@@ -76,7 +76,8 @@ class Table:
     of `spare`, in this order: they are told elsewhere. Where there is still none, it tells the columns from `wide` on
     in one cell, or below the table by the cell of column `label`, and of each no more than `told` letters unless it is
     to show all; a table without such columns has its cells wrapped, or each row told as a paragraph. `strong` are rows
-    that are set off, `paths` columns whose cells may be wrapped after points, as names of inputs are.
+    that are set off, `paths` columns whose cells may be wrapped after points, as names of inputs are. A terminal prints
+    `short` in its place, if there is one, unless it shows all.
     """
 
     kind: ClassVar = "table"
@@ -95,6 +96,7 @@ class Table:
     spare: tuple[int, ...] = ()
     strong: tuple[int, ...] = ()
     paths: tuple[int, ...] = ()
+    short: Table | None = None
 
     @property
     def written(self) -> tuple[tuple[str, ...], ...]:

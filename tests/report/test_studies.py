@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
@@ -66,6 +67,20 @@ def test_break_points_are_those_of_the_data(studies: dict[str, dict[str, Any]]) 
     [plot] = section.plots
     steps = re.findall(r"<title>([^<]*) at ([^<]*)</title></circle>", "".join(plot.draw().elements))
     assert f"Best price: {', '.join(f'{value} from {place}' for value, place in steps)}." in section.texts
+
+
+def test_break_points_that_hardly_differ_are_one_row_of_a_terminal() -> None:
+    """Each computer has its row; a limit that is printed is feasible."""
+    problem = load(example_path("inmark"))
+    data = read(dse.sweep(problem, "jitter of gnss_to_sprayer=5ms..40ms"))
+    whole = sections_of(data)[0].tables[0]
+    assert whole.short is not None and len(whole.short.rows) < len(whole.rows)
+    exact = [Fraction(row[0].removesuffix(" ms")) for row in whole.rows]
+    for row in whole.short.rows:
+        limit = Fraction(row[0])
+        assert any(0 <= limit - one < Fraction(1, 1000) for one in exact)
+    at = whole.short.headings.index("computer")
+    assert {row[at] for row in whole.short.rows} == {"Spectra", "RT101"}
 
 
 def test_a_grid_tells_what_enters_leaves_and_moves(studies: dict[str, dict[str, Any]]) -> None:
