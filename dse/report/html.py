@@ -22,7 +22,7 @@ from markupsafe import Markup, escape
 from dse.answers.drawing.picture import STYLE, Drafter
 from dse.answers.tables.display import display_unit
 from dse.report.content.front.decide import decide_data, further_metrics, insist_choices
-from dse.report.content.front.decision import banner, cards, designs_data, steps
+from dse.report.content.front.decision import banner, beyond_card, cards, designs_data, steps
 from dse.report.content.front.document import Alternative, Document
 from dse.report.content.front.first_screen import Screen
 from dse.report.page import Page, Section
@@ -71,6 +71,7 @@ def html_report(document: Document, chosen: int | None = None, studies: Sequence
         question=limits_words(result, max(LEAST_QUESTION, QUESTION - len(result.problem.name))),
         banner=banner(screen),
         cards=cards(screen),
+        beyond=beyond_card(screen) if result.front else None,
         short=data["first"]["short"] if result.front else (),
         steps=steps(screen) if result.front else (),
         drawing=list(drafter.lines(None)),

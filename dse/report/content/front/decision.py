@@ -10,7 +10,7 @@ import re
 import shlex
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 from dse.analysis.binding import bus_stack
 from dse.analysis.latency.rows import JOIN_METHOD, Row
@@ -24,11 +24,14 @@ from dse.report.content.front.document import Alternative
 from dse.report.content.front.first_screen import Screen
 from dse.report.page import Text
 from dse.report.words.basis import counted_parts
-from dse.report.words.choice import margin_parts, short_metrics
+from dse.report.words.choice import beyond_words, margin_parts, short_metrics
 from dse.report.words.headline import found_words
 from dse.report.words.reasons import figures_words
 from dse.space.model.metric_kinds import flows_in
 from dse.support.units import Exact, format_duration, is_unbounded
+
+if TYPE_CHECKING:
+    from dse.questions.beyond import Beyond
 
 CAUSES = ("sampling", "execution", "waiting for the CPU", "middleware", "buses", "devices", "waiting for input")
 """What a latency consists of, in the order of its bar."""
@@ -127,7 +130,18 @@ def cards(screen: Screen) -> list[Card]:
     ]
 
 
-def _figures(screen: Screen, point: Point) -> Iterator[tuple[str, str]]:
+def beyond_card(screen: Screen) -> tuple[str, tuple[tuple[str, str], ...], tuple[str, str]] | None:
+    """The card of the nearest design beyond a limit: its name, its objectives, what it saves and what it exceeds.
+
+    None where there is no such design, or where a warning stands in place of the recommendation.
+    """
+    item = screen.document.beyond
+    if item is None or screen.warnings:
+        return None
+    return screen.names.design(item), tuple(_figures(screen, item)), beyond_words(screen.result, item)
+
+
+def _figures(screen: Screen, point: Point | Beyond) -> Iterator[tuple[str, str]]:
     infos = screen.result.objectives
     short = short_metrics(info.name for info in infos)
     for info in infos:
@@ -159,8 +173,22 @@ def designs_data(screen: Screen, alternatives: Sequence[Alternative]) -> dict[st
         "flow": flows.index(next(asked, flows[0])) if flows else 0,
         "ranking": "" if is_ideal else result.ranking_words,
         "recommends": screen.recommends,
+        "beyond": _beyond_record(screen),
         "designs": {str(item.point.id): _design(screen, item, kinds[item.point.id]) for item in alternatives},
     }
+
+
+def _beyond_record(screen: Screen) -> dict[str, Any] | None:
+    """The nearest design beyond a limit as a point of the plot, with the fields of `front_records`."""
+    item = screen.document.beyond
+    if item is None or screen.warnings:
+        return None
+    record: dict[str, Any] = {}
+    for axis, info in enumerate(screen.result.objectives):
+        value = item.objectives[info.name]
+        record[f"o{axis}"] = float(value / display_unit(info.unit, screen.currency)[0])
+        record[f"t{axis}"] = counted(value, info.unit, screen.currency)
+    return record
 
 
 def _bound(screen: Screen, name: str, unit: str, alternatives: Sequence[Alternative]) -> dict[str, Any] | None:
