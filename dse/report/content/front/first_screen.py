@@ -317,18 +317,21 @@ class Screen:
         """
         result = self.result
         if result.status == "incomplete":
-            yield "--json r.json", "keeps what was found; `--resume r.json` goes on from it"
+            if result.front:
+                yield "--json r.json", "keeps what was found; `--resume r.json` goes on from it"
             if waits_in_flows(result.space):
                 yield "--processing execution-time", "a quick front without waiting, then judged with it"
-        if self.waiting.is_asked and len(self.waiting.kept) < len(result.front):
+            if not result.front:
+                yield "--time-limit 10min", "more time to find a first design"
+        if result.front and self.waiting.is_asked and len(self.waiting.kept) < len(result.front):
             yield "--processing response-time", "counts waiting for the CPU, chooses cores"
 
     def _next_steps(self, *, all_listed: bool) -> Iterator[tuple[str, str]]:
         """Options to add to the command, each with what it does."""
         result = self.result
+        yield from self.changing_steps()
         if not result.front:
             return
-        yield from self.changing_steps()
         yield "--explain", "why each design is there"
         if len(result.front) > 1 and not all_listed:
             is_whole = len(self.shown) == len(result.front)
