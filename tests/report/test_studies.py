@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import random
 import re
 from fractions import Fraction
 from pathlib import Path
@@ -16,6 +17,7 @@ from dse.cli.main import run
 from dse.examples.shipped import example_path
 from dse.questions.problem import load
 from dse.questions.robust.robust import solve_robust
+from dse.report.amounts import safe_text
 from dse.report.content.sensitivity import scaling_words
 from dse.report.content.simulate import simulation_page
 from dse.report.content.study import sections_of
@@ -77,10 +79,21 @@ def test_break_points_that_hardly_differ_are_one_row_of_a_terminal() -> None:
     assert whole.short is not None and len(whole.short.rows) < len(whole.rows)
     exact = [Fraction(row[0].removesuffix(" ms")) for row in whole.rows]
     for row in whole.short.rows:
-        limit = Fraction(row[0])
+        limit = Fraction(row[0].removesuffix(" ms"))
         assert any(0 <= limit - one < Fraction(1, 1000) for one in exact)
     at = whole.short.headings.index("computer")
     assert {row[at] for row in whole.short.rows} == {"Spectra", "RT101"}
+
+
+def test_a_printed_margin_keeps_its_requirement() -> None:
+    """A least value is rounded up and a greatest down, by less than a thousandth of the unit."""
+    rng = random.Random(0)
+    for _ in range(200):
+        value = Fraction(rng.randrange(10**5, 10**12), rng.randrange(1, 7))
+        for is_least in (True, False):
+            text = safe_text(value, "ns", "EUR", is_least=is_least)
+            beyond = Fraction(text.removesuffix(" ms").replace(" ", "")) * 10**6 - value
+            assert 0 <= (beyond if is_least else -beyond) < 1000
 
 
 def test_a_grid_tells_what_enters_leaves_and_moves(studies: dict[str, dict[str, Any]]) -> None:

@@ -6,13 +6,12 @@ from collections.abc import Iterator, Sequence
 from fractions import Fraction
 from functools import partial
 from itertools import pairwise
-from math import ceil
 from typing import Any
 
 from dse.answers.ranking.kinds import ARRANGED, MOST_NAMING, OF_RANGE, OF_VALUE, shortest_names
 from dse.answers.ranking.variants import find_variants, varying
 from dse.answers.tables.display import column, counted, display_unit, figure, readable, titled
-from dse.report.amounts import MOST_ROWS, Data, amount_words, decisions_text, number_of
+from dse.report.amounts import MOST_ROWS, Data, amount_words, decisions_text, number_of, safe_text
 from dse.report.page import NOTHING, Block, Item, Listing, Plot, Section, Table, Text, listing, texts
 from dse.report.plots.canvas import Drawing
 from dse.report.plots.study import lines_chart
@@ -156,9 +155,8 @@ def _groups_table(run: Data, currency: str, caption: str) -> Table | None:
     groups = _alike(vectors)
     if len(groups) in (0, len(merged)):
         return None
-    factor, unit = display_unit(run["unit"], currency)
-    limits = [_rounded_up(Fraction(merged[start]["from"]) / factor) for start, _ in groups]
-    headings, columns = [titled("from limit", unit)], [limits]
+    limits = [safe_text(Fraction(merged[at]["from"]), run["unit"], currency, is_least=True) for at, _ in groups]
+    headings, columns = ["from limit"], [limits]
     for axis, info in enumerate(run["objectives"]):
         ends = [sorted(vector[axis] for vector in vectors[start:end]) for start, end in groups]
         named, cells = column([value for values in ends for value in (values[0], values[-1])], info["unit"], currency)
@@ -198,15 +196,6 @@ def _alike(vectors: Sequence[Sequence[Fraction]]) -> list[tuple[int, int]]:
 
 def _is_one(options: Sequence[str | None]) -> bool:
     return len({*options}) == 1
-
-
-def _rounded_up(value: Fraction) -> str:
-    """A limit in three decimals at most, rounded up.
-
-    >>> _rounded_up(Fraction("10.724753")), _rounded_up(Fraction(20))
-    ('10.725', '20')
-    """
-    return readable(Fraction(ceil(value * 1000), 1000), "")
 
 
 def _contended(run: Data, item: Data, currency: str) -> str:

@@ -7,7 +7,6 @@ from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from fractions import Fraction
-from math import ceil
 from typing import TYPE_CHECKING
 
 from dse.analysis.terms import PPM
@@ -16,8 +15,8 @@ from dse.answers.ranking.changes import Delta, deltas
 from dse.answers.ranking.kinds import Kind, Kinds, shortest_names
 from dse.answers.ranking.reasons import Margin
 from dse.answers.result import Result
-from dse.answers.tables.display import counted, display_unit, readable
-from dse.report.amounts import amount_words, difference_words, listed
+from dse.answers.tables.display import counted, readable
+from dse.report.amounts import amount_words, difference_words, listed, safe_text
 from dse.space.model.space import EMPTY
 from dse.support.units import is_unbounded
 
@@ -91,12 +90,11 @@ def beyond_words(result: Result, item: Beyond) -> tuple[str, str]:
     saved = next(info for info in result.objectives if info.name == item.saved)
     least = min(point.objectives[item.saved] for point in result.front)
     lower = amount_words(least - item.objectives[item.saved], saved.unit, currency)
-    factor, unit = display_unit(item.unit, currency)
-    excess = Fraction(ceil((item.value - item.limit) / factor * 1000), 1000)
+    excess = safe_text(item.value - item.limit, item.unit, currency, is_least=True)
     bound = counted(item.limit, item.unit, currency)
     return (
         f"{item.saved} {lower} lower than in any design of the front",
-        f"{item.limited} {readable(excess, '')} {unit}".rstrip() + f" above the limit of {bound}",
+        f"{item.limited} {excess} above the limit of {bound}",
     )
 
 
