@@ -300,7 +300,7 @@ class Document:
         shared = front[0].decisions if front else {}
         names = [name for name in self.result.open_decisions if name in shared and name not in self.varying]
         said = ", ".join(f"{short_name(name)} {shared[name]}" for name in names)
-        return f"{'In all of them' if len(front) > 1 else 'Its decisions'}: {said}." if said else ""
+        return f"{'Same in every design' if len(front) > 1 else 'Its decisions'}: {said}." if said else ""
 
     @property
     def further_sections(self) -> list[Section]:
