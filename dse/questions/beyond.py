@@ -101,7 +101,7 @@ def beyond(result: Result, limit: TimeLimit) -> Beyond | None:
 
 def _nearest_limit(result: Result) -> _Limit | None:
     """The upper limit on an objective that some design of the front comes nearest to, as a share of the limit."""
-    found: list[tuple[Fraction, _Limit]] = []
+    limits: list[tuple[Fraction, _Limit]] = []
     for number, (info, objective) in enumerate(zip(result.objectives, result.space.objectives, strict=True)):
         greatest = max((point.objectives[info.name] for point in result.front), default=0)
         count, unit = scaled_unit(info.unit)
@@ -114,8 +114,8 @@ def _nearest_limit(result: Result) -> _Limit | None:
             together = [one.metric for one in result.space.requirements if item.stated and one.stated == item.stated]
             if bound > 0:
                 metrics = tuple(dict.fromkeys([item.metric, *together]))
-                found.append((1 - Fraction(greatest, count) / bound, _Limit(number, metrics, bound)))
-    return min(found, key=lambda one: one[0])[1] if found else None
+                limits.append((1 - Fraction(greatest, count) / bound, _Limit(number, metrics, bound)))
+    return min(limits, key=lambda one: one[0])[1] if limits else None
 
 
 def _asked(space: Space, nearest: _Limit, more: Requirement) -> Space:

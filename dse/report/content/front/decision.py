@@ -193,12 +193,12 @@ def _beyond_record(screen: Screen) -> dict[str, Any] | None:
 
 def _bound(screen: Screen, name: str, unit: str, alternatives: Sequence[Alternative]) -> dict[str, Any] | None:
     """The tightest limit on an objective: as a number in the unit shown, as text, and whether it is an upper one."""
-    found = [m for m in alternatives[0].margins if m.requirement.metric.name == name and not m.thread]
-    if not found or found[0].requirement.implied:
+    margins = [m for m in alternatives[0].margins if m.requirement.metric.name == name and not m.thread]
+    if not margins or margins[0].requirement.implied:
         return None
-    limit, factor = found[0].limit, display_unit(unit, screen.currency)[0]
+    limit, factor = margins[0].limit, display_unit(unit, screen.currency)[0]
     text = counted(limit, unit, screen.currency)
-    return {"value": float(limit / factor), "text": text, "upper": found[0].requirement.is_upper}
+    return {"value": float(limit / factor), "text": text, "upper": margins[0].requirement.is_upper}
 
 
 def steps(screen: Screen) -> list[tuple[str, str]]:
@@ -208,15 +208,17 @@ def steps(screen: Screen) -> list[tuple[str, str]]:
     """
     result = screen.result
     file = shlex.quote(result.problem.file)
-    told = [(f"dse solve {file} … {option}", meaning) for option, meaning in screen.changing_steps()]
+    commands = [(f"dse solve {file} … {option}", meaning) for option, meaning in screen.changing_steps()]
     margins = screen.document.reasoner.margins(result.front[0])
     limited = [m for m in margins if m.unit == "ns" and not m.thread and m.requirement.is_upper and m.limit > 0]
     if limited and not screen.warnings:
         name, ends = limited[0].requirement.metric.name, [format_duration(limited[0].limit * n) for n in (1, 2)]
         vary = shlex.quote(f"{name}={ends[0].replace(' ', '')}..{ends[1].replace(' ', '')}")
-        told.append((f"dse sweep {file} … --vary {vary}", "what a looser limit makes possible"))
-    told.append((f"dse sensitivity {file} …", f"how far inputs may move before #{result.front[0].id} violates a limit"))
-    return told
+        commands.append((f"dse sweep {file} … --vary {vary}", "what a looser limit makes possible"))
+    commands.append(
+        (f"dse sensitivity {file} …", f"how far inputs may move before #{result.front[0].id} violates a limit")
+    )
+    return commands
 
 
 def _design(screen: Screen, item: Alternative, kind: int) -> dict[str, Any]:
@@ -225,7 +227,7 @@ def _design(screen: Screen, item: Alternative, kind: int) -> dict[str, Any]:
         if margin.limit and margin.value and not margin.requirement.implied:
             nearest.setdefault((margin.requirement.metric.name, margin.thread, margin.requirement.is_upper), margin)
     margins = list(nearest.values())
-    broken = [_with_waiting(found, screen.currency) for found in screen.waiting.broken(item.point.id)]
+    broken = [_with_waiting(limit, screen.currency) for limit in screen.waiting.broken(item.point.id)]
     rows = [*broken, *(margin_parts(margin, screen.currency) for margin in margins)]
     return {
         "name": screen.names.design(item.point),
@@ -253,7 +255,7 @@ def _flow(flow: FlowTable, analysis: Analysis) -> list[Any]:
         return [None, _number(flow.min_ns), None]
     times: dict[str, Exact] = dict.fromkeys(CAUSES, 0)
     view = View(analysis.design)
-    execution = {item.name: item.worst_ns for found in analysis.responses.values() for item in found}
+    execution = {item.name: item.worst_ns for responses in analysis.responses.values() for item in responses}
     for row in flow.rows:
         for cause, part in _by_cause(row, analysis, view, execution):
             times[cause] += part
