@@ -22,9 +22,9 @@ MANY = 4
 MOST = 10
 """The greatest number of threads that are printed."""
 HISTOGRAM = (
-    "Latencies of {} as they were observed; the lines are the least and the greatest that the analysis allows, without "
-    "and with waiting for the CPU."
+    "Latencies of {} as they were observed; the lines are the least and the greatest that the analysis allows{}."
 )
+BOTH = ", without and with waiting for the CPU"
 
 
 def simulation_page(simulation: Simulation) -> Page:
@@ -71,7 +71,11 @@ def _blocks(simulation: Simulation) -> Iterator[Block]:
 def _histograms(simulation: Simulation) -> Iterator[Block]:
     for flow in simulation.flows:
         if flow.count:
-            yield Plot(f"latencies-{flow.name}", partial(_drawn, flow), HISTOGRAM.format(flow.name))
+            yield Plot(
+                f"latencies-{flow.name}",
+                partial(_drawn, flow),
+                HISTOGRAM.format(flow.name, BOTH if _waits_more(flow) else ""),
+            )
         yield from _histogram(flow)
 
 
@@ -106,7 +110,7 @@ def _ms(value_ns: Exact) -> str:
 def _flow_table(simulation: Simulation) -> Table:
     """Observed latencies of each flow against its bounds; those with waiting for the CPU must hold where they are."""
     flows = sorted(simulation.flows, key=lambda flow: not flow.is_contradiction)
-    is_scheduled = any(flow.scheduled_ns is not None for flow in flows)
+    is_scheduled = any(map(_waits_more, flows))
     rows = []
     for flow in flows:
         seen = [NOTHING] * 3
@@ -122,6 +126,11 @@ def _flow_table(simulation: Simulation) -> Table:
     rest, spare = "and {} more flows (--all)", (len(headings) - 1,)
     caption = "Latencies [ms], observed and analysed"
     return Table(caption, headings, tuple(rows), numbers, brief=MOST, rest=rest, spare=spare)
+
+
+def _waits_more(flow: FlowObservation) -> bool:
+    """Whether the greatest latency with waiting for the CPU is another one than the analysed one."""
+    return flow.scheduled_ns is not None and flow.scheduled_ns[1] != flow.bounds_ns[1]
 
 
 def _in_ms(value_ns: Exact) -> str:
@@ -151,7 +160,7 @@ def _drawn(flow: FlowObservation) -> Drawing:
         for item in flow.histogram
     ]
     bounds = [("analysed", value) for value in flow.bounds_ns]
-    if flow.scheduled_ns is not None:
+    if flow.scheduled_ns is not None and _waits_more(flow):
         bounds += [("with response times", value) for value in flow.scheduled_ns[1:]]
     marks = [
         {"kind": kind, "at": float(value) / 1e6, "text": counted(value, "ns")}
