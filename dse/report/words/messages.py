@@ -60,7 +60,7 @@ def _row(item: MessageResponse) -> tuple[str, ...]:
         for stream in item.releases or ()
     ]
     return (
-        item.name,
+        f"{item.name} with {listed(item.carries)}" if item.carries else item.name,
         "" if item.identifier is None else f"{item.identifier:#x}",
         in_ms(item.transmission_ns[1]),
         ", ".join(queued),
