@@ -223,7 +223,7 @@ def message_lessons(space: Space, limits: Sequence[Limit], design: Design) -> li
         _conflict_lesson(space, conflict, design)
         for bus in counted_buses(space)
         for conflict in conflicts(space, bus, view)
-        if limited.issuperset(conflict.group)
+        if limited.issuperset(conflict.limited(space, view))
     ]
     if found:
         return found
@@ -235,7 +235,11 @@ def _conflict_lesson(space: Space, conflict: Conflict, design: Design) -> Lesson
     def is_late(given: Sequence[int]) -> bool:
         return conflict.is_late(space, View(given))
 
-    box, busy = _widened(design, is_late, lambda decision: burdens(space, decision))
+    def compared(decision: int) -> Sequence[int | None] | None:
+        is_of_frame = space.decisions[decision].field == "carried_in"
+        return conflict.frame_burden(space, decision, View(design)) if is_of_frame else burdens(space, decision)
+
+    box, busy = _widened(design, is_late, compared)
     ordered = conflict.kept_from_last(space, View(busy))
     assert ordered is not None
     for number, bound, is_most in conflict.bounds(ordered):
@@ -298,11 +302,12 @@ def soonest_lesson(
 
 
 def _widened(
-    design: Design, holds: Callable[[Sequence[int]], bool], compared: Callable[[int], Sequence[int] | None]
+    design: Design, holds: Callable[[Sequence[int]], bool], compared: Callable[[int], Sequence[int | None] | None]
 ) -> tuple[dict[int, frozenset[int]], Design]:
     """Options of the decisions that are looked at, with which a thing holds, and the least busy design of these.
 
-    It holds the more the busier a bus is, as `compared` has it for the options of a decision.
+    It holds the more the busier a bus is, as `compared` has it for the options of a decision; one without a number
+    there keeps it at least as busy as the least busy one.
     """
     box = _seen(holds, design)
     least = design
@@ -310,11 +315,13 @@ def _widened(
         burden = compared(decision) if design[decision] >= 0 else None
         if burden is None:
             continue
-        for option in sorted(range(len(burden)), key=burden.__getitem__):
+        known = {option: busy for option, busy in enumerate(burden) if busy is not None}
+        for option in sorted(known, key=known.__getitem__):
             trial = (*least[:decision], option, *least[decision + 1 :])
-            if burden[option] >= burden[design[decision]] or _still(holds, trial):
-                least = least if burden[option] >= burden[design[decision]] else trial
-                box[decision] = frozenset(item for item, busy in enumerate(burden) if busy >= burden[option])
+            if known[option] >= known[design[decision]] or _still(holds, trial):
+                least = least if known[option] >= known[design[decision]] else trial
+                busier = {item for item, busy in known.items() if busy >= known[option]}
+                box[decision] = frozenset(range(len(burden)) if len(busier) == len(known) else busier)
                 break
     return box, least
 
