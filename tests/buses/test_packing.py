@@ -8,10 +8,15 @@ from itertools import islice, product
 from random import Random
 
 import pytest
+from ortools.sat.python import cp_model
 
 import dse
-from dse.analysis.evaluate import Evaluator
+from dse.analysis.evaluate import Evaluation, Evaluator
+from dse.encode.model import encode
+from dse.space.model.space import Design
 from dse.support.errors import ProblemError
+from dse.verification import tables
+from dse.verification.model import SecondModel
 from tests.buses.test_random import front_of
 from tests.helpers.effort import cases
 from tests.helpers.packing_systems import draw_packing_problem
@@ -99,6 +104,59 @@ def test_a_bus_on_which_nothing_can_be_packed_is_remarked() -> None:
 def test_fronts_are_those_of_all_designs(seed: int) -> None:
     result = dse.solve(dse.loads(draw_packing_problem(seed)))
     assert {tuple(point.objectives.values()) for point in result.front} == front_of(result.space)
+    assert not dse.verify(result).findings
+
+
+def every_design(evaluator: Evaluator) -> dict[Design, Evaluation]:
+    """All feasible designs, in the order of the options."""
+    options = product(*(range(len(item.options)) for item in evaluator.space.decisions))
+    found = (evaluator.evaluate(one) for one in options)
+    return {item.design: item for item in found if item.is_feasible}
+
+
+@pytest.mark.parametrize("seed", cases(50, 800))
+def test_every_feasible_design_is_in_the_model(seed: int) -> None:
+    """Rows of a bus hold in each of them, whatever shares a frame."""
+    evaluator = Evaluator(dse.loads(draw_packing_problem(seed)).ask().space)
+    encoded, designs = encode(evaluator), list(every_design(evaluator))
+    for design in Random(seed).sample(designs, min(len(designs), 20)):
+        model = encoded.model.clone()
+        for number, option in enumerate(design):
+            literal = encoded.options[number][option] if option >= 0 else encoded.inactive[number]
+            assert literal is not None
+            model.add(model.get_int_var_from_proto_index(literal.index) == 1)
+        assert cp_model.CpSolver().solve(model) == cp_model.OPTIMAL
+
+
+@pytest.mark.parametrize("seed", cases(50, 900))
+def test_every_feasible_point_is_in_the_second_model(seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    for name in ("FEW_CASES", "FEW_LEAVES", "FEW_OF_MESSAGES"):
+        monkeypatch.setattr(tables, name, 3)
+    text = re.sub(r"(latency|jitter) of f\]", "load of can0]", draw_packing_problem(seed))
+    evaluator = Evaluator(dse.loads(text).ask().space)
+    model = SecondModel(tables.build_tables(evaluator))
+    for point in {item.objectives for item in every_design(evaluator).values()}:
+        assert model.in_region([value + 1 for value in point], point).answer == "design"
+
+
+@pytest.mark.parametrize("frac", [1, Fraction(1, 4)])
+def test_forty_signals_of_six_senders_are_packed(frac: Fraction) -> None:
+    """At a quarter of the periods as deadlines the cheapest bus is too slow, in any packing and order."""
+    rng = Random(2)
+    lines = BOX[: BOX.index("devices:")].splitlines()
+    rates = ("125", "250", "500", "1000")
+    types = [f"b{rate}: {{bandwidth: {rate} kbit/s, frame: can, price: {rate} EUR}}" for rate in rates]
+    lines[3:5] = [f"bus_types: {{{', '.join(types)}}}", "buses: {can0: {type: [b125, b250, b500, b1000]}}"]
+    lines += ["devices:", "  sink: {}", *(f"  e{number}: {{period: 5 ms}}" for number in range(6)), "connections:"]
+    for number in range(40):
+        period, size = rng.choice((5, 10, 20, 50, 100, 200)), rng.choice((1, 1, 2, 2, 2, 4))
+        what = f"data_size: {size} B, rate: {1000 // period} Hz, deadline: {round(period * 1000 * frac)} us"
+        ends = f"from: e{number % 6}, to: sink, port: data, bus: can0"
+        lines.append(f"  s{number}: {{{ends}, identifier: any, {what}}}")
+    result = dse.solve(dse.loads("\n".join([*lines, "objectives: [minimise price, minimise busy of can0]"])))
+    assert result.status == "complete"
+    prices = [int(point.objectives["price"]) // 100 for point in result.front]
+    assert sorted(prices) == ([125, 250, 500, 1000] if frac == 1 else [500, 1000])
     assert not dse.verify(result).findings
 
 

@@ -25,6 +25,7 @@ from typing import Any
 
 from dse.analysis.binding import frame_numbers
 from dse.analysis.messages.assignment import Candidate
+from dse.analysis.messages.frames import apart, has_own_message, longest_frame_ns
 from dse.analysis.messages.stages import (
     candidate_of,
     counted_buses,
@@ -39,15 +40,7 @@ from dse.analysis.scheduling.policies.executor_work import jobs_by
 from dse.analysis.scheduling.resolve import released_undelayed
 from dse.analysis.views import PartialView, View, allowed_options, tabulate
 from dse.encode.linear import EXACT_LIMIT, Board, Given
-from dse.encode.messages.frames import (
-    Rider,
-    apart,
-    due_riders,
-    has_own_message,
-    longest_frame_ns,
-    own_literal,
-    riders_of,
-)
+from dse.encode.messages.frames import Rider, due_riders, own_literal, riders_of
 from dse.space.model.space import EMPTY
 from dse.space.model.trees import at, leaves
 from dse.spec.schema.fields import MOST_IDENTIFIER
