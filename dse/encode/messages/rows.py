@@ -112,12 +112,13 @@ def add_waiting_rows(board: Board, number: int, least: Any, variable: Any, scale
     """Rows that say how long a message waits at least, of a figure in 1 / `scale` ns that is `least` without waiting.
 
     Each message with a lower number goes before it with each job that comes until it begins: one at least, and as many
-    as come while all that surely go before it are sent. The longest of the others has begun, or goes first, too.
+    as come while all that surely go before it are sent. The longest of the others has begun, or goes first, too; where
+    frames have several connections that alone is said.
     """
     space = board.space
     wire = space.connections[number]
     buses = set(leaves(wire.bus))
-    if len(buses) != 1 or not is_each_alone(space):
+    if len(buses) != 1 or not is_comparable(space):
         return
     (bus,) = buses
     if bus not in counted_buses(space) or set(leaves(space.buses[bus].broadcast)) != {False}:
@@ -126,7 +127,11 @@ def add_waiting_rows(board: Board, number: int, least: Any, variable: Any, scale
     for option in allowed_options(space, slot.type_decision):
         given = {slot.type_decision: option}
         if slot.types[option] != EMPTY and "priority" in set(leaves(slot.arbitration)):
-            _OnBus(board, bus, given, {}).add_waiting(number, least, variable, scale)
+            on_bus = _OnBus(board, bus, given, {})
+            if is_each_alone(space):
+                on_bus.add_waiting(number, least, variable, scale)
+            else:
+                on_bus.add_blocking(number, least, variable, scale)
 
 
 @dataclass
@@ -189,6 +194,22 @@ class _OnBus:
             parts.append((floor(_section(blocker) * scale), behind))
         form = sum(work * literal for work, literal in parts)
         board.model.add(variable >= least + form).only_enforce_if(board.options[decision][option])
+
+    def add_blocking(self, number: int, least: Any, variable: Any, scale: int) -> None:
+        """Add rows for this type of the bus that the longest other frame has begun, or goes first."""
+        board = self.board
+        where = [board.options[decision][option] for decision, option in self.given.items()]
+        ranges = tabulate(board.space, self._range, MOST_CASES, self.given)
+        if ranges is None or any(case.value is None for case in ranges):
+            return
+        for other in range(len(board.space.connections)):
+            message = self._message(other) if other != number else None
+            if message is None:
+                continue
+            apart_from = [rider.literal.negated() for rider in message.riders if rider.number == number]
+            riders = [rider for rider in message.riders if rider.number != number]
+            form = floor(_section(message) * scale) + sum(floor(one.extra_ns * scale) * one.literal for one in riders)
+            board.model.add(variable >= least + form).only_enforce_if([*where, message.own, *apart_from])
 
     def _goes_first(self, other: _Message, own: _Message) -> Any:
         """A literal that is true only where the number of another message is lower than that of one; None: never."""
