@@ -25,7 +25,7 @@ MOST_CASES = 16
 
 @dataclass(frozen=True)
 class Added:
-    """What a connection adds to the message that it is carried in at least, and how long it may take; in ns."""
+    """The least that a connection adds to the message that it is carried in, and how long it may take; in ns."""
 
     extra_ns: Exact
     limit_ns: Exact | None
@@ -57,7 +57,7 @@ def apart(space: Space, number: int, given: Mapping[int, int]) -> dict[int, int]
 
 
 def added(space: Space, bus: int, number: int, rider: int, alone: Mapping[int, int]) -> list[Case[Added]]:
-    """What a connection adds to the message of another one on a bus, by the options that this depends on.
+    """The additions of a connection to the message of another one on a bus, by the options that they depend on.
 
     Each case has the option with which it is carried there among its conditions. `alone` are options with which nothing
     is (`apart`). Empty where it is always or never carried there, or there are too many cases.

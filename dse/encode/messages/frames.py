@@ -29,9 +29,9 @@ def own_literal(board: Board, number: int) -> Any:
 
 
 def riders_of(board: Board, bus: int, number: int, alone: Mapping[int, int]) -> list[Rider]:
-    """What may be carried in the message of a connection on a bus, with the literals of where it is.
+    """The connections that may be carried in the message of another one on a bus, with the literals of where they are.
 
-    `alone` are options with which nothing is (`dse.analysis.messages.frames.apart`).
+    `alone` are options with which none is (`dse.analysis.messages.frames.apart`).
     """
     return [
         Rider(
