@@ -339,6 +339,8 @@ class Space:
     """OSATE's setting for queues at best: or ``full_queue``."""
     bus_queuing: str = "counted"
     """Whether messages wait for buses: ``counted`` where all that decides it is stated, or ``not_counted``."""
+    packed: tuple[str, ...] = ()
+    """The buses on which the search chooses which connections share a frame."""
     executors: tuple[Executor, ...] = ()
     reservations: tuple[Reservation, ...] = ()
     offset_grid_ns: int = 0
