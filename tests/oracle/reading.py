@@ -792,8 +792,8 @@ class Reading:
                 row = in_rows.get(name, [name])
                 if len(row) > 1:
                     since_first = path[: path.index(row[0]) + 1]
-                    at = max(place for place, each in enumerate(found) if each[1] != "own job")  # behind its callback
-                    found[at] = self._in_row(found[at], row, row.index(name), since_first)
+                    last = max(place for place, each in enumerate(found) if each[1] != "own job")  # behind its callback
+                    found[last] = self._in_row(found[last], row, row.index(name), since_first)
                 first = False
             at = next((place for place, row in enumerate(found) if "sampling" in row[1]), None)
             if at is not None and timer is not None:
