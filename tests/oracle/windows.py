@@ -189,7 +189,9 @@ class Windows:
         jobs: list[Job] = [(name, "timer") for name in row]
         beside = [other for other in known.beside(jobs[0]) if other not in jobs and known.times(other)[1]]
         rivals = [other for other in beside if any(known.goes_before(other, job) for job in jobs)]
-        level = next(job for job in jobs if all(other == job or known.goes_before(other, job) for other in jobs))
+        level = next(
+            job for job in reversed(jobs) if all(other == job or known.goes_before(other, job) for other in jobs)
+        )
         ends, blocked = self.chains.ends_before(row[0], row[-1]), Fraction(known.blocked(level))
         if not ends and any(self._ways(row)):
             return None
