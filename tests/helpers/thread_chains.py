@@ -54,6 +54,10 @@ def longest(own: Stream, rivals: Sequence[Stream], blocked: int, *, own_over: bo
     raise AssertionError
 
 
+Comes: TypeAlias = tuple[int, int]
+"""How often jobs come, and how late: period and jitter in ms."""
+ONCE = (LATE, 0)
+NEVER = (LATE, -LATE)
 Row: TypeAlias = tuple[int, ...]
 Rivals: TypeAlias = Callable[[Row], tuple[list[int], list[Stream], int]]
 """Gives rivals, what else goes first, and blocking."""
@@ -129,17 +133,57 @@ class OnCore:
             and chains.never_together(item, number)
         ]
 
-    def comes(self, item: int, level: int, chains: Chains) -> tuple[int, int]:
-        """How often a thread comes in a busy window of another one, and how late: period and jitter in ms.
+    def comes(self, item: int, level: int, chains: Chains) -> Comes:
+        """How often a thread comes in a busy window of another one, and how late.
 
         Behind one that does not run in such a window it comes once, behind one that does no more often than that one.
         """
+        before = self._before(item, level)
+        if before is None:
+            return self.period[item], chains.jitter[item]
+        return ONCE if self.levels[before] > self.levels[level] else self.comes(before, level, chains)
+
+    def _before(self, item: int, level: int) -> int | None:
+        """What releases a thread on its core, where both are settled as what the window is of."""
         before = self.source.get(item)
-        if before is None or self.cores[before] != self.cores[item] or self.cores[level] != self.cores[item]:
-            return self.period[item], chains.jitter[item]
-        if not all(self.is_settled[each] for each in (before, item, level)):
-            return self.period[item], chains.jitter[item]
-        return (LATE, 0) if self.levels[before] > self.levels[level] else self.comes(before, level, chains)
+        if before is None or not all(self.is_settled[each] for each in (before, item, level)):
+            return None
+        return before if self.cores[before] == self.cores[item] == self.cores[level] else None
+
+    def head(self, item: int, level: int) -> int | None:
+        """The less urgent thread behind which one comes, by itself or by what is between; None without."""
+        before = self._before(item, level)
+        if before is None or self.levels[before] > self.levels[level]:
+            return before
+        return self.head(before, level)
+
+    def cases(self, own: int, level: int, chains: Chains) -> list[list[Comes]]:
+        """What all threads do in each kind of busy window: behind none of the less urgent threads, or behind one."""
+        numbers = range(len(self.cost))
+        heads = [
+            self.head(item, level) if self.cores[item] == self.cores[level] and self.levels[item] <= self.levels[level]
+            else None for item in numbers
+        ]  # fmt: skip
+        mine = self.head(own, level)
+        begins = [None, *{head for head in heads if head is not None}] if mine is None else [mine]
+        found = []
+        for begin in begins:
+            comes = [self._comes_late(item, level, begin, chains) for item in numbers]
+            absent = [head not in (None, begin) for head in heads]
+            comes = [NEVER if is_absent else each for is_absent, each in zip(absent, comes, strict=True)]
+            comes[own] = self.comes(own, level, chains)
+            found.append(comes)
+        return found
+
+    def _comes_late(self, item: int, level: int, begin: int | None, chains: Chains) -> Comes:
+        """How a rival comes in windows that begin as a thread ends: one that is before that in its chain, later."""
+        period, jitter = self.comes(item, level, chains)
+        before = [] if begin is None else self.chain(begin)
+        if item not in before[:-1] or (period, jitter) == ONCE:
+            return period, jitter
+        passed = next(chains.jitter[other] for other, source in self.source.items() if source == begin)
+        shortest = sum(self.shortest[other] for other in before[before.index(item) :])
+        return period, min(jitter, passed + shortest - period)
 
     def widened(self, chains: Chains, rivals_of: Rivals) -> tuple[dict[Row, int], dict[Row, int]]:
         """Windows and lags as they are with what is known."""
@@ -166,25 +210,29 @@ class OnCore:
         """From a release (as is `counted`) to the end of a thread, some of whose rivals may be over."""
         rivals, first, blocked = given
         over = self.over(number, chains)
-        own = self._stream(number, number, chains)
-        every = [self._stream(item, number, chains, is_over=item in over) for item in rivals]
-        return longest(own, [*every, *first], blocked, own_over=bool(over), counted=counted or own)
+        found = []
+        for comes in self.cases(number, number, chains):
+            own = Stream(self.cost[number], *comes[number])
+            every = [Stream(self.cost[item], *comes[item], item in over) for item in rivals]
+            found.append(longest(own, [*every, *first], blocked, own_over=bool(over), counted=counted or own))
+        return max(found)
 
     def _window(
         self, row: Row, counted: Stream | None, chains: Chains, given: tuple[list[int], list[Stream], int]
     ) -> int:
         rivals, first, blocked = given
         level = max(row, key=lambda item: self.levels[item])
-        stream = self.comes(row[0], level, chains)
-        if chains.has_ended(row[0], row[-1]):
-            over = [item for item in rivals if self._is_over(item, row, chains)]
-            every = [self._stream(item, level, chains, is_over=item in over) for item in rivals]
-            own = Stream(sum(self.cost[item] for item in row), *stream)
-            return longest(own, [*every, *first], blocked, own_over=True, counted=counted or own)
-        every = [self._stream(item, level, chains) for item in rivals]
-        every += [Stream(self.cost[item], *stream) for item in row[:-1]]
-        own = Stream(self.cost[row[-1]], *stream)
-        return longest(own, [*every, *first], blocked, own_over=False, counted=counted or own)
+        has_ended = chains.has_ended(row[0], row[-1])
+        over = [item for item in rivals if has_ended and self._is_over(item, row, chains)]
+        found = []
+        for comes in self.cases(row[0], level, chains):
+            every = [Stream(self.cost[item], *comes[item], item in over) for item in rivals] + first
+            work = sum(self.cost[item] for item in row) if has_ended else self.cost[row[-1]]
+            own = Stream(work, *comes[row[0]])
+            if not has_ended:
+                every += [Stream(self.cost[item], *comes[row[0]]) for item in row[:-1]]
+            found.append(longest(own, every, blocked, own_over=has_ended, counted=counted or own))
+        return max(found)
 
     def _is_over(self, item: int, row: Row, chains: Chains) -> bool:
         if not self.is_plain[item]:
@@ -192,6 +240,3 @@ class OnCore:
         if item in self.chain(row[0]):
             return chains.has_ended(item, row[-1])
         return row[-1] in self.chain(item) and chains.has_ended(row[0], item)
-
-    def _stream(self, item: int, level: int, chains: Chains, *, is_over: bool = False) -> Stream:
-        return Stream(self.cost[item], *self.comes(item, level, chains), is_over)

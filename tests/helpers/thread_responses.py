@@ -94,9 +94,11 @@ class Settled:
     def _response(self, number: int, chains: Chains) -> int:
         if not self.chains.over(number, chains):
             given = (self.threads, self.levels)
-            comes = [self.chains.comes(item, number, chains) for item in range(len(self.work))]
-            period, jitter = ([each[place] for each in comes] for place in (0, 1))
-            return _response(number, given, self.choice["cores"], period, jitter, self.work, self.kind)
+            found = []
+            for comes in self.chains.cases(number, number, chains):
+                period, jitter = ([each[place] for each in comes] for place in (0, 1))
+                found.append(_response(number, given, self.choice["cores"], period, jitter, self.work, self.kind))
+            return max(found)
         return self.chains.single(number, chains, self._rivals([number]))
 
 

@@ -405,14 +405,16 @@ def front(system: Mapping[str, Any], *, by_response: bool = False) -> set[tuple[
 
 
 def _takes(row: Sequence[int], settled: Settled, times: Sequence[int], work: Sequence[int]) -> int:
-    """How long a part of a flow takes: for each thread how much longer the chain takes with it, or its own time."""
-    total = before = 0
-    for place, number in enumerate(row):
+    """How long a part of a flow takes: for each thread how much longer the chain takes with it, or its own time.
+
+    What the chain takes up to a thread is no more than what it takes up to one behind it, less the work from there on.
+    """
+    ends: list[int] = []
+    for place in reversed(range(len(row))):
         now = settled.chains.bound(row[: place + 1], times)
-        is_late = max(now, before) >= 10**8
-        total += times[number] if is_late else max(now - before, work[number])
-        before = now
-    return total
+        ends.insert(0, min(now, ends[0] - work[row[place + 1]]) if ends else now)
+    steps = zip(row, [0, *ends], ends, strict=False)
+    return sum(times[number] if max(now, before) >= 10**8 else now - before for number, before, now in steps)
 
 
 def _rows(path: Sequence[int], choice: Mapping[str, Any]) -> list[list[int]]:

@@ -89,6 +89,9 @@ Where the documents leave something open, this is how they are read here:
     in every design: a device, a timer, what is sporadic or several release. That comes by its streams then, whatever
     its minimum separation is; so does what comes behind a thread in busy windows in which both run, but the first of a
     window keeps its separation. Of a thread that comes once in busy windows it does not matter how late it may be.
+    What comes before the thread that a window begins behind comes late by the streams that count there (`successors`),
+    whatever priority it states. What is behind it is not late for that. Of several least urgent threads of a window the
+    last one is its level.
     Windows and lags that grow without end have no bound where response times have none, beyond ten periods.
 33. Lists inside a ``totals`` mapping, and inside a map of a virtual bus per processor type, are not supported here.
 """

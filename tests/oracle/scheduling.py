@@ -22,7 +22,8 @@ from .pieces import Pieces, piece_of
 from .problem import as_list
 from .quantities import NS_PER_S
 from .stretches import Releases, has_no_end, kept_apart, play, play_inside
-from .windows import Windows
+from .successors import Case
+from .windows import Windows, greatest
 
 if TYPE_CHECKING:
     from .reading import Reading
@@ -169,16 +170,19 @@ class Scheduling:
         if self.reading.executor_of(job[0]) is not None or self.order(job) is not None:
             return self._played_inside(job)
         here = [other for other in self.beside(job) if self.times(other)[1] and self.goes_before(other, job)]
-        own, blocked = self.windows.comes(job, job), self.blocked(job)
-        rivals = [(self.windows.comes(other, job), self.times(other)[1]) for other in here]
-        if own is None or any(releases is None for releases, _ in rivals):
-            return None
-        before = [(releases, time) for releases, time in rivals if releases is not None]
         shares = self.shares(job)
-        if shares is None or has_no_end([(own, work), *before, *shares], blocked):
+        if shares is None:
             return None
         if self.windows.is_over_somewhere(job, here):
             return self.windows.single(job, here, shares)
+        return greatest([self._in_case(job, case, shares) for case in self.windows.successors.cases(job, job, here)])
+
+    def _in_case(self, job: Job, case: Case, shares: list[tuple[Releases, int]]) -> Fraction | None:
+        """The longest that a job takes in a stretch where others come so."""
+        work, blocked, own = self.times(job)[1], self.blocked(job), case.own
+        before = [(releases, self.times(other)[1]) for other, releases in case.rivals.items() if releases is not None]
+        if own is None or len(before) < len(case.rivals) or has_no_end([(own, work), *before, *shares], blocked):
+            return None
         return play(own, work, [*before, *shares], blocked)
 
     def blocked(self, job: Job) -> int:

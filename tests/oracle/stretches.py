@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from heapq import heappop, heappush, merge
-from itertools import count
+from itertools import count, repeat
 from typing import Any
 
 MOST_PLAYED = 200_000
@@ -16,22 +16,30 @@ MOST_PLAYED = 200_000
 
 @dataclass(frozen=True)
 class Releases:
-    """Streams of (period, how late at most); jobs at least `apart` from each other. No stream: one job."""
+    """Streams of (period, how late at most); jobs at least `apart` from each other, in a stretch `most` of them.
+
+    No stream: one job, or so many.
+    """
 
     streams: tuple[tuple[int, Fraction], ...]
     apart: int = 0
+    most: int | None = None
 
     def densest(self) -> Iterator[Fraction]:
         """Times from the first release on, each as early as it can be."""
         if not self.streams:
-            yield Fraction(0)
+            yield from repeat(Fraction(0), self.most or 1)
             return
         for number, time in enumerate(merge(*(_each(*stream) for stream in self.streams))):
+            if number == self.most:
+                return
             yield max(time, Fraction(number * self.apart))
 
     @property
     def often(self) -> Fraction:
         """Jobs per ns in the long run."""
+        if self.most is not None:
+            return Fraction(0)
         return min(self._whole, Fraction(1, self.apart)) if self.apart else self._whole
 
     @property
@@ -65,7 +73,7 @@ def has_no_end(given: Sequence[tuple[Releases, int | Fraction]], begun: int) -> 
     [True, True, False]
     """
     used = sum((releases.often * work for releases, work in given), Fraction(0))
-    is_more = begun > 0 or any(not releases.streams or releases.may_be_early for releases, _ in given)
+    is_more = begun > 0 or any(not each.streams or each.may_be_early or each.most is not None for each, _ in given)
     return used > 1 or (used == 1 and is_more)
 
 

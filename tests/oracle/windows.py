@@ -13,8 +13,8 @@ from itertools import count
 from typing import TYPE_CHECKING, NamedTuple, TypeAlias
 
 from .pieces import distance
-from .problem import as_list
 from .stretches import MOST_PLAYED, Releases, has_no_end
+from .successors import Case, Successors
 
 if TYPE_CHECKING:
     from .scheduling import Job, Scheduling
@@ -40,12 +40,12 @@ class Windows:
 
     def __init__(self, scheduling: Scheduling) -> None:
         self.known, self.chains = scheduling, scheduling.chains
-        self._settled = {job for job in scheduling.jobs if self._is_settled(job)}
+        self.successors = Successors(scheduling)
         self._times: dict[Releases, Dense] = {}
         self.spans: dict[Row, Fraction | None] = {}
         self.lags: dict[Row, Fraction | None] = {}
         if not scheduling.only_buses:
-            here = {job[0] for job in scheduling.jobs if self._is_plain(job)}
+            here = {job[0] for job in scheduling.jobs if self.successors.is_plain(job)}
             for name in scheduling.threads:
                 for row in self._rows(name, here):
                     work = sum(scheduling.times((each, "timer"))[1] for each in row)
@@ -55,12 +55,6 @@ class Windows:
                     if self.source(row[0]) != row[0]:
                         self.lags[row] = takes
 
-    def _is_plain(self, job: Job) -> bool:
-        """Whether priorities alone schedule a thread that takes some time."""
-        known, reading = self.known, self.known.reading
-        is_alone = reading.executor_of(job[0]) is None and reading.reservation_of(job[0]) is None
-        return job[1] == "timer" and is_alone and known.order(job) is None and known.times(job)[1] > 0
-
     def _rows(self, name: str, here: set[str]) -> Iterator[Row]:
         """All windows that end with a thread, and the thread by itself."""
         chain = self.chains.chain(name)
@@ -68,13 +62,9 @@ class Windows:
             row = tuple(chain[first:])
             if not here.issuperset(row) or len({self.known.core((each, "timer")) for each in row}) > 1:
                 return
-            if len(row) > 1 and any(self.is_stated(each) for each in row):
+            if len(row) > 1 and any(self.successors.is_stated(each) for each in row):
                 return
             yield row
-
-    def is_stated(self, name: str) -> bool:
-        """Whether the response time of a thread is stated: a window leads past none."""
-        return self.known.reading.get(name, "response_time") is not None
 
     def _ways(self, row: Sequence[str]) -> list[Fraction]:
         """The longest times of the connections between threads in a row."""
@@ -128,73 +118,48 @@ class Windows:
 
     # What goes first
 
-    def single(self, job: Job, rivals: Sequence[Job], shares: Sequence[tuple[Releases, int]]) -> Fraction | None:
-        """The response time of a thread, some of whose rivals are over; None without a bound."""
-        own = self.comes(job, job)
-        return None if own is None else self._single(job, rivals, shares, own)
-
-    def _single(
-        self, job: Job, rivals: Sequence[Job], shares: Sequence[tuple[Releases, int]], counted: Releases
+    def single(
+        self,
+        job: Job,
+        rivals: Sequence[Job],
+        shares: Sequence[tuple[Releases, int]],
+        counted: Releases | None = None,
     ) -> Fraction | None:
-        given = self._given([(other, self._is_over(other, job)) for other in rivals], job)
-        own = self.comes(job, job)
-        if given is None or own is None:
-            return None
-        work, ends = Fraction(self.known.times(job)[1]), any(rival.is_over for rival in given)
-        blocked = Fraction(self.known.blocked(job))
-        return self._longest(own, counted, work, [*given, *_others(shares)], ends=ends, begun=blocked)
+        """The response time of a thread, some of whose rivals are over; None without a bound.
+
+        From what is `counted` to its end where that is not its own release.
+        """
+        over = {other for other in rivals if self._is_over(other, job)}
+        work, blocked = Fraction(self.known.times(job)[1]), Fraction(self.known.blocked(job))
+        found = []
+        for case in self.successors.cases(job, job, rivals):
+            given = self._given(case, over)
+            if given is None or case.own is None:
+                return None
+            found.append(
+                self._longest(
+                    case.own, counted or case.own, work, [*given, *_others(shares)], ends=bool(over), begun=blocked
+                )
+            )
+        return greatest(found)
 
     def is_over_somewhere(self, job: Job, rivals: Sequence[Job]) -> bool:
         """Whether some rival of a thread is over when it is released."""
         return any(self._is_over(other, job) for other in rivals)
 
     def _is_over(self, other: Job, job: Job) -> bool:
-        if not (self._is_plain(other) and self._is_plain(job)):
+        if not (self.successors.is_plain(other) and self.successors.is_plain(job)):
             return False
         return self.chains.never_meet(other, job)
 
-    def _given(self, jobs: Sequence[tuple[Job, bool]], level: Job) -> list[Rival] | None:
-        """What goes first in busy windows of a `level`; None where some of it may be late without a bound."""
+    def _given(self, case: Case, over: Container[Job]) -> list[Rival] | None:
+        """What goes first in busy windows of a kind; None where some of it may be late without a bound."""
         found = []
-        for job, is_over in jobs:
-            releases = self.comes(job, level)
+        for job, releases in case.rivals.items():
             if releases is None:
                 return None
-            found.append(Rival(releases, Fraction(self.known.times(job)[1]), is_over))
+            found.append(Rival(releases, Fraction(self.known.times(job)[1]), job in over))
         return found
-
-    # How often threads come
-
-    def comes(self, job: Job, level: Job) -> Releases | None:
-        """When jobs come in a busy window of another one, or of itself; None where they may be late without a bound.
-
-        Behind a thread that does not run in such a window one job comes, behind one that does as many as of that.
-        """
-        sender = self.chains.sender(job[0]) if job[1] == "timer" else None
-        here = [] if sender is None else [(sender, "timer"), job, level]
-        if sender is None or not self._settled.issuperset(here) or len({self.known.core(each) for each in here}) > 1:
-            return self.known.releases(job)
-        most = self.chains.way(job[0])
-        if sender == level[0] or self.known.goes_before((sender, "timer"), level):
-            found = self.known.releases(job) if most else self.comes((sender, "timer"), level)
-            return None if found is None else Releases(found.streams)  # whatever the least distance of the sender
-        if not most or (most < self.known.times((sender, "timer"))[0] and not self.known.section(sender)):
-            return Releases(())
-        return self.known.releases(job)
-
-    def _is_settled(self, job: Job) -> bool:
-        """Whether a thread states one processor, core and priority, and priorities alone schedule all of it."""
-        name, problem = job[0], self.known.problem
-        if not self._is_plain(job) or self.known.reading.protocol(name) == "hybrid":
-            return False
-        slots = as_list(problem.component(name).get("processor"))
-        cores = [core for core in problem.stated_cores(name) if core.isdigit()]
-        return (
-            not self.is_stated(name)
-            and str(problem.settled.get((name, "priority"))).isdigit()
-            and len(slots) == 1
-            and (len(cores) == 1 or problem.most_cores(slots[0]) == 1)
-        )
 
     # Windows and lags
 
@@ -216,7 +181,7 @@ class Windows:
         shares = self.known.shares(job)
         if shares is None:
             return None
-        return self._single(job, [other for other in here if self.known.goes_before(other, job)], shares, begins)
+        return self.single(job, [other for other in here if self.known.goes_before(other, job)], shares, begins)
 
     def _window(self, row: Row, counted: Releases | None = None) -> Fraction | None:
         """The longest to the end of the last of a row; from the release of the first, or as is `counted`."""
@@ -224,34 +189,60 @@ class Windows:
         jobs: list[Job] = [(name, "timer") for name in row]
         beside = [other for other in known.beside(jobs[0]) if other not in jobs and known.times(other)[1]]
         rivals = [other for other in beside if any(known.goes_before(other, job) for job in jobs)]
-        level = next(job for job in jobs if all(other == job or known.goes_before(other, job) for other in jobs))
-        own, blocked = self.comes(jobs[0], level), Fraction(known.blocked(level))
-        if own is None:
-            return None
-        counted = counted or own
-        first = _others(known.shares(level) or ())
-        work = Fraction(sum(known.times(job)[1] for job in jobs))
-        if self.chains.ends_before(row[0], row[-1]):
-            given = self._given([(other, self._is_past(other, row)) for other in rivals], level)
-            if given is None:
+        level = next(
+            job for job in reversed(jobs) if all(other == job or known.goes_before(other, job) for other in jobs)
+        )
+        ends, blocked = self.chains.ends_before(row[0], row[-1]), Fraction(known.blocked(level))
+        breaks = sum(way > 0 for way in self._ways(row))
+        over = {other for other in rivals if ends and self._is_past(other, row)}
+        found = []
+        cases = self.successors.cases(jobs[0], level, rivals)
+        if breaks:
+            cases = iter([self.successors.broken(jobs[0], level, rivals, 1 + breaks if ends else None)])
+        for case in cases:
+            given = self._given(case, over)
+            if given is None or case.own is None:
                 return None
-            ways = self._ways(row)
-            tail = self._tail(row, [*given, *first], blocked)
-            begun = sum(ways, Fraction(0)) + (1 + sum(way > 0 for way in ways)) * blocked
-            return self._longest(own, counted, work, [*given, *first], ends=True, begun=begun, tail=tail)
-        if any(self._ways(row)):
-            return None
-        given = self._given([(other, False) for other in rivals], level)
-        if given is None:
-            return None
-        before = [Rival(own, Fraction(known.times(job)[1])) for job in jobs[:-1]]
-        last = Fraction(known.times(jobs[-1])[1])
-        return self._longest(own, counted, last, [*given, *first, *before], ends=False, begun=blocked)
+            given += _others(known.shares(level) or ())
+            begins = counted or case.own
+            if ends or breaks:
+                found.append(self._ended(row, case.own, begins, given, blocked))
+            if not ends:
+                found.append(self._behind(row, case.own, begins, given, blocked))
+        return greatest(found)
+
+    def _ended(
+        self, row: Row, own: Releases, counted: Releases, first: Sequence[Rival], blocked: Fraction
+    ) -> Fraction | None:
+        """Of a row that has ended whenever it is released again."""
+        ways, work = self._ways(row), Fraction(sum(self.known.times((name, "timer"))[1] for name in row))
+        begun = sum(ways, Fraction(0)) + (1 + sum(way > 0 for way in ways)) * blocked
+        tail = self._tail(row, first, blocked)
+        return self._longest(own, counted, work, first, ends=True, begun=begun, tail=tail)
+
+    def _behind(
+        self, row: Row, own: Releases, counted: Releases, first: Sequence[Rival], blocked: Fraction
+    ) -> Fraction | None:
+        """Of the last threads of a row as if all of it came at once, and those before these went first.
+
+        The last threads begin with the first that goes before none that follows; with breaks that is only the last.
+        """
+        times = [Fraction(self.known.times((name, "timer"))[1]) for name in row]
+        ways = [way for way in self._ways(row) if way]
+        jobs: list[Job] = [(name, "timer") for name in row]
+        begin = next((at for at in range(len(row)) if not ways and self._goes_first_nowhere(jobs, at)), len(row) - 1)
+        work = sum(times[begin:], sum(ways, Fraction(0))) + len(ways) * blocked
+        before = [Rival(own, time) for time in times[:begin]]
+        return self._longest(own, counted, work, [*first, *before], ends=False, begun=blocked)
+
+    def _goes_first_nowhere(self, jobs: Sequence[Job], place: int) -> bool:
+        """Whether one in a row goes before none of those behind it."""
+        return not any(self.known.goes_before(jobs[place], other) for other in jobs[place + 1 :])
 
     def _is_past(self, other: Job, row: Row) -> bool:
         """Whether a rival comes before a window, or after it, and all of that has ended when it begins again."""
         name = other[0]
-        if not self._is_plain(other):
+        if not self.successors.is_plain(other):
             return False
         if name in self.chains.chain(row[0]):
             return self.chains.ends_before(name, row[-1])
@@ -350,6 +341,12 @@ class Dense:
             if self.at(len(self._known)) is None:
                 break
         return bisect_left(self._known, end)
+
+
+def greatest(times: Sequence[Fraction | None]) -> Fraction | None:
+    """The greatest time; None where one has no bound."""
+    known = [time for time in times if time is not None]
+    return max(known) if len(known) == len(times) else None
 
 
 def _others(shares: Sequence[tuple[Releases, int]]) -> list[Rival]:

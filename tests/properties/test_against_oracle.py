@@ -74,7 +74,7 @@ def test_some_threads_of_drawn_chains_come_less_often_behind_one_on_their_core()
 def _has_fewer_jobs(known: Scheduling) -> bool:
     plain = [job for job in known.jobs if job[1] == "timer"]
     return any(
-        known.windows.comes(job, level) != known.releases(job)
+        known.windows.successors.comes(job, level) != known.releases(job)
         for level in plain
         for job in [level, *known.beside(level)]
         if job == level or known.goes_before(job, level)
