@@ -224,15 +224,19 @@ class OnCore:
         level = max(row, key=lambda item: self.levels[item])
         has_ended = chains.has_ended(row[0], row[-1])
         over = [item for item in rivals if has_ended and self._is_over(item, row, chains)]
+        in_turn = 0 if has_ended else self._in_turn(row)
         found = []
         for comes in self.cases(row[0], level, chains):
             every = [Stream(self.cost[item], *comes[item], item in over) for item in rivals] + first
-            work = sum(self.cost[item] for item in row) if has_ended else self.cost[row[-1]]
-            own = Stream(work, *comes[row[0]])
-            if not has_ended:
-                every += [Stream(self.cost[item], *comes[row[0]]) for item in row[:-1]]
+            own = Stream(sum(self.cost[item] for item in row[in_turn:]), *comes[row[0]])
+            every += [Stream(self.cost[item], *comes[row[0]]) for item in row[:in_turn]]
             found.append(longest(own, every, blocked, own_over=has_ended, counted=counted or own))
         return max(found)
+
+    def _in_turn(self, row: Row) -> int:
+        """The place of the first thread of a row that is less urgent than all behind it, where later jobs wait."""
+        levels = [self.levels[item] for item in row]
+        return next(place for place, level in enumerate(levels) if all(level > other for other in levels[place + 1 :]))
 
     def _is_over(self, item: int, row: Row, chains: Chains) -> bool:
         if not self.is_plain[item]:
