@@ -336,9 +336,10 @@ def test_a_design_that_first_fit_condemns_holds_on_other_cores(tmp_path: Path) -
         assert dse.verify(data, problem=file).status == ("verified" if is_sound else "rejected"), item
 
 
-def test_what_the_search_for_cores_does_not_settle_is_unknown(monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize("limit", ["MOST_WORK", "MOST_PAIRS"])
+def test_what_the_search_for_cores_does_not_settle_is_unknown(limit: str, monkeypatch: pytest.MonkeyPatch) -> None:
     with monkeypatch.context() as patch:
-        patch.setattr(front_verdicts, "MOST_WORK", 0)
+        patch.setattr(front_verdicts, limit, 0)
         result = dse.solve(loads(TOGETHER))
     cheap = next(point for point in result.front if point.objectives["price"] == 500)
     assert kept(result)[cheap.id] == "unknown" and result.contended[str(cheap.id)].broken

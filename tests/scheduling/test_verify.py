@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any, Literal
@@ -88,12 +89,15 @@ def test_the_same_with_latencies_that_are_rounded_up(
     text = text_of(draw(seed, kind=kind)).replace(
         "deadlines: all\nprocessing: execution_time", "processing: response_time"
     )
-    sent = "data_size: 1 B, bus: line"
-    wires = f"w: {{from: sensor, to: t0, {sent}}}\n  e: {{from: sensor, to: echo, {sent}}}"
+    sent = "data_size: 1 B, bus: line}"
     order = ", priority: any" if kind == "best" else ""
     echo = f"echo: {{processor: c, compute_execution_time: 1 ms, dispatch_protocol: aperiodic{order}}}"
-    text = text.replace("w: {from: sensor, to: t0}", wires).replace("threads:\n", f"threads:\n  {echo}\n")
-    text += "\nbus_types: {odd: {bandwidth: 21 kB/s, transmission_time: from bandwidth}}\nbuses: {line: {type: odd}}\n"
+    text = re.sub(r"(w\d*: {from: \w+, to: \w+)}", rf"\1, {sent}", text)
+    text = text.replace("threads:\n", f"threads:\n  {echo}\n")
+    text = text.replace("connections:\n", f"connections:\n  e: {{from: sensor, to: echo, {sent}\n")
+    text += (
+        "\nbus_types: {odd: {transmission_time: {per_byte: 1000/21 us .. 2000/21 us}}}\nbuses: {line: {type: odd}}\n"
+    )
     file = tmp_path / "drawn.yaml"
     file.write_text(text, encoding="utf-8")
     problem = load(file)
