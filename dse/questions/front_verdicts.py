@@ -95,7 +95,7 @@ def _elsewhere(jury: CoreJury, others: OtherCores, design: Design, own: Contende
     `own` itself where it is not open, or the work that all designs may take is done. Raises `OutOfTime` when the limit
     of time is up.
     """
-    if own.status != "unknown" or others.is_over:
+    if own.status != "unknown":
         return own
     try:
         found = others.holding(jury.whole(design))
