@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections import Counter
 from collections.abc import Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING
@@ -12,6 +13,7 @@ from dse.answers.contention_verdicts import Contended
 from dse.answers.result import Result
 from dse.questions.verify.contention import CoreJury
 from dse.space.model.space import Design, Space
+from dse.space.model.trees import leaves
 from dse.support.timelimit import OutOfTime, TimeLimit, look_at_the_clock, until
 
 if TYPE_CHECKING:
@@ -19,11 +21,13 @@ if TYPE_CHECKING:
 
 LEAST_TIME_S = 10.0
 """Without a time limit the referee has as long as the search took, at least this long."""
-LEAST_FOR_CORES_S = 3.0
-SHARE_FOR_CORES = 1 / 3
-"""Other cores are looked for as long as a third of the search took, or this long."""
+LEAST_FOR_CORES_S = 60.0
+"""Without a time limit other cores are looked for as long at least: their work ends far sooner."""
 MOST_WORK = 0.3
 """The work (`dse.search.solver.settings`) at other cores for all designs of a front together."""
+MOST_PAIRS = 10_000
+"""With more pairs of threads that may share a processor, in both orders, other cores are not looked for: the model has
+something to say of each pair, and is made in a second for so many."""
 GRACE_S = 0.3
 """A search that took all of its time leaves this much for a first look: most fronts need less."""
 
@@ -43,15 +47,16 @@ def with_verdicts(result: Result, *, started: float, limit: TimeLimit) -> Result
     designs = {str(point.id): point.design for point in result.front}
     designs |= {sibling.id: sibling.design for others in result.others for sibling in others.designs}
     todo = {number: design for number, design in designs.items() if number not in result.contended}
-    cores_s = min(own_s, max(LEAST_FOR_CORES_S, SHARE_FOR_CORES * (now - started)))
-    verdicts = {**result.contended, **_judged(counted, todo, TimeLimit.after(own_s), cores_s)}
+    own = TimeLimit.after(own_s)
+    cores = TimeLimit.after(max(LEAST_FOR_CORES_S, own_s)) if limit.seconds is None else own
+    verdicts = {**result.contended, **_judged(counted, todo, own, cores)}
     return replace(result, contended={number: verdicts[number] for number in designs if number in verdicts})
 
 
-def _judged(counted: Space, designs: Mapping[str, Design], limit: TimeLimit, cores_s: float) -> dict[str, Contended]:
+def _judged(counted: Space, designs: Mapping[str, Design], own: TimeLimit, cores: TimeLimit) -> dict[str, Contended]:
     """Verdicts for which there is time, in the order of the designs; Ctrl-C ends it, and keeps what was found.
 
-    First of all designs on their own cores; what is left of `cores_s` goes to other cores, in the order of the designs.
+    First of all designs on their `own` cores, until the limit of these; then of those that need it on other `cores`.
     """
     verdicts: dict[str, Contended] = {}
     if not designs:
@@ -59,17 +64,29 @@ def _judged(counted: Space, designs: Mapping[str, Design], limit: TimeLimit, cor
     from dse.search.feasibility.other_cores import OtherCores
 
     try:
-        with until(limit):
+        with until(own):
             jury = CoreJury(counted)
-            others = OtherCores(jury.evaluator, jury.free, most_work=MOST_WORK)
             for number, design in designs.items():
                 verdicts[number] = jury.judged(design)
-            with until(TimeLimit.after(cores_s)):
-                for number, item in verdicts.items():
-                    verdicts[number] = _elsewhere(jury, others, designs[number], item)
+        with until(cores):
+            most_work = MOST_WORK if _pairs(jury.space) <= MOST_PAIRS else 0.0
+            others = OtherCores(jury.evaluator, jury.free, most_work=most_work)
+            for number, item in verdicts.items():
+                verdicts[number] = _elsewhere(jury, others, designs[number], item)
     except (OutOfTime, KeyboardInterrupt):
         pass
     return verdicts
+
+
+def _pairs(space: Space) -> int:
+    """How many pairs of threads may share a processor, in both orders."""
+    homes = Counter(
+        number
+        for item in space.components
+        if item.processor is not None
+        for number in {leaf for leaf in leaves(item.processor) if leaf is not None}
+    )
+    return sum(count**2 for count in homes.values())
 
 
 def _elsewhere(jury: CoreJury, others: OtherCores, design: Design, own: Contended) -> Contended:
@@ -78,7 +95,7 @@ def _elsewhere(jury: CoreJury, others: OtherCores, design: Design, own: Contende
     `own` itself where it is not open, or the work that all designs may take is done. Raises `OutOfTime` when the limit
     of time is up.
     """
-    if own.status != "unknown" or others.is_over:
+    if own.status != "unknown":
         return own
     try:
         other = others.holding(jury.whole(design))

@@ -18,6 +18,8 @@ from dse.space.model.trees import NotOffered
 from dse.support.timelimit import look_at_the_clock
 
 MOST_LEAVES = 100_000
+CLEARLY_MORE = 8
+"""A formula whose decisions on one way have so many times more combinations than it may have leaves has too many."""
 
 
 class TooLarge(Exception):
@@ -104,6 +106,29 @@ class Diagrams:
             return self.node(decision, branches)
 
         return grow({})
+
+    def has_more_leaves(self, formula: Callable[[View], Any], most: int) -> bool:
+        """Whether the diagram of a formula has more than `most` leaves, before equal parts of it are shared.
+
+        It is said to have where the decisions on one way to a leaf have `CLEARLY_MORE` times as many combinations.
+        """
+        combinations, partial = 1, dict[int, int]()
+        while combinations <= CLEARLY_MORE * most:
+            try:
+                formula(PartialView(partial))
+                break
+            except Undecided as question:
+                partial[question.decision] = self.allowed[question.decision][0]
+                combinations *= len(self.allowed[question.decision])
+            except (NotOffered, CyclicActivation):
+                break
+        else:
+            return True
+        try:
+            self.diagram(formula, "", most)
+        except TooLarge:
+            return True
+        return False
 
     def _leaf(self, left: list[int], value: Any, name: str) -> Any:
         left[0] -= 1

@@ -12,11 +12,12 @@ from typing import Any
 
 from dse.analysis.evaluate import Evaluator
 from dse.analysis.limits import Limit
-from dse.analysis.measures import Term
+from dse.analysis.measures import Measure, Term
 from dse.analysis.messages.conflicts import open_identifiers
 from dse.analysis.messages.stages import counted_buses
 from dse.analysis.scheduling.responses import UNBOUNDED_NS
 from dse.analysis.terms import FlowChain, Reads, Waiter
+from dse.analysis.timescale import RESPONSE_SCALE_LIMIT
 from dse.analysis.validity import is_broken
 from dse.analysis.views import View
 from dse.space.model.criteria import Metric
@@ -144,7 +145,8 @@ class _TableBuilder:
         self.until_read: dict[int, tuple[Term, Summands | None]] = {}  # with the term, so that its id stays its own
         measures = [*evaluator.objectives, *(limit.measure for limit in evaluator.limits)]
         waits = partial(may_hold_waiting, self.space)
-        self.wait_scale = lcm(*(item.scale for item in measures if not item.rounded and waits(item.metric)))
+        counted = (item for item in measures if not item.rounded or item.scale <= RESPONSE_SCALE_LIMIT)
+        self.wait_scale = lcm(*(item.scale for item in counted if waits(item.metric)))
 
     def structure(self) -> None:
         """The conditions of the architecture and the rules."""
@@ -189,6 +191,26 @@ class _TableBuilder:
         self.defined(diagram, name)
         return self.make.mapped(diagram, as_fraction)
 
+    def measured(self, measure: Measure, owner: str, *, upper: bool, loose: bool = False) -> Summands:
+        """The summands of a measure, see `figures`; of a rounded one waiting stays open where it rounds up by itself.
+
+        That is so where it counts once in the unit of both, and what it is added to is a whole number of it.
+        """
+        if not measure.rounded:
+            return self.figures(measure.terms, owner, upper=upper, loose=loose)
+        summands = Summands(())
+        for term in measure.terms:
+            is_open = upper and self._is_whole(term, measure.scale, owner)
+            summands = summands.plus(self._figure(term, owner, upper=is_open, loose=loose))
+        return summands
+
+    def _is_whole(self, term: Term, scale: int, owner: str) -> bool:
+        """Whether a term is a whole number of 1 / `scale` and a waiting that counts once in these."""
+        if term.waits is None or not term.only_waits:
+            return False
+        least = (leaf * scale for leaf in leaves(self._least(term, owner)))
+        return term.waits[1] * scale == self.wait_scale and all(Fraction(leaf).denominator == 1 for leaf in least)
+
     def figures(self, terms: Iterable[Term], owner: str, *, upper: bool = False, loose: bool = False) -> Summands:
         """Summands as exact fractions; where `upper`, waiting that is too much to tabulate may be left open.
 
@@ -198,7 +220,7 @@ class _TableBuilder:
         summands = Summands(())
         sums = [summands]  # before each term
         for number, term in enumerate(listed):
-            is_taken_apart = upper and term.reads is not None and self._is_large(term, owner)
+            is_taken_apart = upper and term.reads is not None and self._is_large(term)
             until_read = self._until_read(listed, number, owner) if is_taken_apart else None
             if until_read is None or term.reads is None:
                 summands = summands.plus(self._figure(term, owner, upper=upper, loose=loose))
@@ -216,14 +238,14 @@ class _TableBuilder:
             is_loose = any(item.is_loose for item in sums)
             return Summands((), ((term.extreme.kind == "max", sums),), is_loose=is_loose)
         always = term.only_waits and term.waits_where is None
-        if upper and always and term.waits is not None and self._is_large(term, owner):
+        if upper and always and term.waits is not None and self._is_large(term):
             key = self._waiter(term.waits[0])
             return Summands((self._least(term, owner),), waits=((key, term.waits[1]),))
-        if upper and term.message is not None and self._is_large(term, owner):
+        if upper and term.message is not None and self._is_large(term):
             key = -1 - term.message
             self.waits_of[key] = partial(_waited, term)
             return Summands((self._least(term, owner),), waits=((key, ONE),))
-        if loose and term.ends is not None and self._has_many_cases(term, owner):
+        if loose and term.ends is not None and self._has_many_cases(term):
             return Summands((self._least(term, owner),), is_loose=True)
         return Summands((self.term(term, owner),))
 
@@ -280,15 +302,11 @@ class _TableBuilder:
         self.waiting |= passage.threads
         return Summands((), passages=((len(self.passages) - 1, reads.factor),))
 
-    def _has_many_cases(self, term: Term, name: str) -> bool:
+    def _has_many_cases(self, term: Term) -> bool:
         """Whether a figure with a response time in it has too many cases to look at."""
-        try:
-            self.make.diagram(term.value, name, FEW_CASES)
-        except TooLarge:
-            return True
-        return False
+        return self.make.has_more_leaves(term.value, FEW_CASES)
 
-    def _is_large(self, term: Term, name: str) -> bool:
+    def _is_large(self, term: Term) -> bool:
         """Whether a response time has too many cases to tabulate."""
         waiter = None if term.waits is None else term.waits[0]
         if isinstance(waiter, int) and self.space.components[waiter].processor is None:
@@ -298,20 +316,15 @@ class _TableBuilder:
             return True
         if term.message is not None and open_identifiers(self.space):
             return True
-        try:
-            self.make.diagram(term.value, name, FEW_LEAVES)
-        except TooLarge:
-            return True
-        return False
+        return self.make.has_more_leaves(term.value, FEW_LEAVES)
 
     def objective(self, number: int) -> tuple[Sum, int]:
         """Objective `number`, negated when it is to be maximised."""
         measure = self.evaluator.objectives[number]
         sign = 1 if self.space.objectives[number].sense == "minimise" else -1
-        upper = sign > 0 and not measure.rounded
-        figures = self.figures(measure.terms, measure.metric.name, upper=upper)
+        figures = self.measured(measure, measure.metric.name, upper=sign > 0)
         if measure.rounded:
-            return self._sum(figures, sign, partial(_rounded_up, measure.scale)), 1
+            return self._sum(figures, sign, partial(_rounded_up, measure.scale), Fraction(measure.scale)), 1
         steps = [weight / self.wait_scale for weight in figures.weights]
         divisor = lcm(*((step * measure.scale).denominator for step in (*figures.leaves, *steps)))
         each = Fraction(measure.scale * divisor)
@@ -355,22 +368,21 @@ class _TableBuilder:
     def limit(self, limit: Limit) -> list[SumBound]:
         """The inequalities of a requirement; one for each thread where every core has its limit."""
         operator, name = limit.requirement.operator, limit.requirement.text
-        if is_message_limit(limit) and any(self._is_large(term, name) for term in limit.measure.terms):
+        if is_message_limit(limit) and any(self._is_large(term) for term in limit.measure.terms):
             self.messages.append(limit)
             return []
         if is_late_limit(limit):
-            try:
-                if sum(decision.is_open for decision in self.space.decisions) > FEW_DECISIONS:
-                    raise TooLarge(name)
-                for term in limit.measure.terms:
-                    self.make.diagram(term.value, name, FEW_LEAVES)
-            except TooLarge:
+            many = sum(decision.is_open for decision in self.space.decisions) > FEW_DECISIONS
+            if many or any(self.make.has_more_leaves(term.value, FEW_LEAVES) for term in limit.measure.terms):
                 self.late.append(limit)
                 return []
         bound = self.make.diagram(limit.bound, name)
         self.defined(bound, name)
-        upper = limit.requirement.is_upper and not limit.measure.rounded
-        parts = self.figures(limit.measure.terms, name, upper=upper, loose=upper and limit.cores is None)
+        upper = limit.requirement.is_upper
+        loose = upper and limit.cores is None and not limit.measure.rounded
+        parts = self.measured(limit.measure, name, upper=upper, loose=loose)
+        if parts.is_open and limit.measure.rounded:  # up, by less than the unit of waiting
+            parts = parts.plus(Summands((-sum(parts.weights) / self.wait_scale,)))
         self.loose += [limit] if parts.is_loose else []
         bounds = []
         if operator in ("<=", "<", "=="):

@@ -27,8 +27,10 @@ from dse.questions import front_verdicts
 from dse.questions.problem import loads
 from dse.questions.reopen import reopen
 from dse.questions.verify import contention as referee
+from dse.questions.verify.contention import CoreJury
 from dse.report.content.front.document import Document
 from dse.report.words.contention import contention_words, placed_words
+from dse.search.feasibility import other_cores
 from dse.search.feasibility.other_cores import OtherCores
 from dse.space.model.space import Design
 from dse.space.question.open_cores import cores_beside, with_all_cores
@@ -336,9 +338,10 @@ def test_a_design_that_first_fit_condemns_holds_on_other_cores(tmp_path: Path) -
         assert dse.verify(data, problem=file).status == ("verified" if is_sound else "rejected"), item
 
 
-def test_what_the_search_for_cores_does_not_settle_is_unknown(monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize("limit", ["MOST_WORK", "MOST_PAIRS"])
+def test_what_the_search_for_cores_does_not_settle_is_unknown(limit: str, monkeypatch: pytest.MonkeyPatch) -> None:
     with monkeypatch.context() as patch:
-        patch.setattr(front_verdicts, "MOST_WORK", 0)
+        patch.setattr(front_verdicts, limit, 0)
         result = dse.solve(loads(TOGETHER))
     cheap = next(point for point in result.front if point.objectives["price"] == 500)
     assert kept(result)[cheap.id] == "unknown" and result.contended[str(cheap.id)].broken
@@ -347,6 +350,22 @@ def test_what_the_search_for_cores_does_not_settle_is_unknown(monkeypatch: pytes
     with monkeypatch.context() as patch:
         patch.setattr(OtherCores, "holding", out_of_time)
         assert sorted(kept(dse.solve(loads(TOGETHER))).values()) == ["kept", "unknown"]
+
+
+def test_what_refutes_one_design_refutes_others_without_a_question(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Whatever the camera is, on cpu no cores keep 29 ms: 4 + 20 + 6 ms are too many."""
+    asked: list[Any] = []
+    monkeypatch.setattr(other_cores, "heard", lambda _, question: [asked.append(question), question()][1])
+    counted = with_contention(
+        loads(TOGETHER.replace("32 ms", "29 ms") + "devices: {camera: {price: [1 EUR, 2 EUR]}}\n").space
+    )
+    assert counted is not None
+    jury = CoreJury(counted)
+    others = OtherCores(jury.evaluator, jury.free)
+    camera = [item.name for item in jury.space.decisions].index("camera.price")
+    for option in (0, 1):
+        assert others.holding(tuple(option * (index == camera) for index in range(len(jury.space.decisions)))) is None
+    assert len(asked) == 1
 
 
 def test_cores_that_an_objective_depends_on_belong_to_the_design() -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any, Literal
@@ -12,11 +13,15 @@ from ortools.sat.python import cp_model
 
 import dse
 from dse.analysis.evaluate import Evaluator
+from dse.analysis.scheduling.responses import UNBOUNDED_NS
+from dse.analysis.views import View
 from dse.questions.problem import load
+from dse.support.errors import TooLargeError
 from dse.verification import model, rounds, tables
 from dse.verification.model import SecondModel
 from dse.verification.scheduling import waiting
 from dse.verification.solver_calls import Reply
+from tests.helpers.documents import ROOT
 from tests.helpers.effort import LONG, cases
 from tests.helpers.thread_systems import KINDS, LATER_JOBS, draw, text_of
 
@@ -72,6 +77,50 @@ def test_the_same_with_the_deadlines_that_are_stated(
     file = tmp_path / "drawn.yaml"
     file.write_text(text_of(draw(seed, kind=kind) | {"deadlines": "stated"}), encoding="utf-8")
     check_both_ways(file)
+
+
+@pytest.mark.parametrize("kind", KINDS if LONG else ["chained", "grouped", "late"])
+@pytest.mark.parametrize("seed", cases(4, 3_000))
+def test_the_same_with_latencies_that_are_rounded_up(
+    kind: str, seed: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A message takes a 21st of a ms. Also with a limit that the latency of one design just meets, not rounded up."""
+    monkeypatch.setattr(tables, "FEW_DECISIONS", -1)
+    text = text_of(draw(seed, kind=kind)).replace(
+        "deadlines: all\nprocessing: execution_time", "processing: response_time"
+    )
+    sent = "data_size: 1 B, bus: line}"
+    order = ", priority: any" if kind == "best" else ""
+    echo = f"echo: {{processor: c, compute_execution_time: 1 ms, dispatch_protocol: aperiodic{order}}}"
+    text = re.sub(r"(w\d*: {from: \w+, to: \w+)}", rf"\1, {sent}", text)
+    text = text.replace("threads:\n", f"threads:\n  {echo}\n")
+    text = text.replace("connections:\n", f"connections:\n  e: {{from: sensor, to: echo, {sent}\n")
+    text += (
+        "\nbus_types: {odd: {transmission_time: {per_byte: 1000/21 us .. 2000/21 us}}}\nbuses: {line: {type: odd}}\n"
+    )
+    file = tmp_path / "drawn.yaml"
+    file.write_text(text, encoding="utf-8")
+    problem = load(file)
+    try:
+        found = dse.solve(problem, workers=1)
+    except TooLargeError:  # so many threads each of which may wait without end are beyond exact arithmetic
+        return
+    assert "latency of f" in found.rounded
+    check_both_ways(file)
+    if found.front:
+        view = View(found.front[seed % len(found.front)].design)
+        exact = Evaluator(problem.space).objectives[1].value(view)
+        if exact < UNBOUNDED_NS:
+            file.write_text(f"{text}requirements: ['latency of f <= {exact} ns']\n", encoding="utf-8")
+            check_both_ways(file)
+
+
+def test_middlewares_are_proved_again_with_waiting() -> None:
+    """Seven threads on four cores, whose chains wait for others: too many cases for a table."""
+    problem = load(ROOT / "problems/report/middleware.yaml")
+    found = dse.solve(problem, processing="response_time")
+    assert found.rounded and len(found.front) == 3
+    assert dse.verify(found, problem=problem).status == "verified"
 
 
 @pytest.mark.parametrize("seed", cases(6, 2_000))

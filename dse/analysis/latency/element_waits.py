@@ -20,7 +20,7 @@ from dse.analysis.scheduling.chained import chain_of, longer_by_ns
 from dse.analysis.scheduling.tasks import always_executes, longest_alone_ns
 from dse.analysis.terms import ZERO, FlowChain
 from dse.analysis.views import View
-from dse.space.architecture.activation import must_be_event_triggered
+from dse.space.architecture.activation import may_be_event_triggered, must_be_event_triggered
 from dse.space.architecture.clocks import is_always_timed, reads_when_jobs_begin
 from dse.space.model.flows import Flow, Step
 from dse.space.model.space import Space
@@ -78,9 +78,10 @@ def may_move(space: Space, step: Step, kind: str) -> bool:
 
 def counts_waiting_once(space: Space, step: Step) -> bool:
     """Whether an element of a flow has no rows that count a response time but that of processing."""
-    if may_be_stored(space, step) or may_wait_for_inputs(space, step):
-        return False
     component = space.components[step.index]
+    is_stored = may_be_stored(space, step) and may_be_event_triggered(component)
+    if is_stored or may_wait_for_inputs(space, step):
+        return False
     sizes = [component.queue_size]
     if step.via is not None:
         sizes.append(space.connections[step.via].queue_size)

@@ -201,34 +201,23 @@ class DesignFunction:
         self.programs = [*self.programs[:1], *self.programs[1:][1 - KEPT_PROGRAMS :], program]
         return program, program.run(inputs)
 
-    def compared(
-        self, values: Values, bounds: Sequence[OutputComparison], *, traced: bool = False
-    ) -> tuple[dict[int, Fraction], list[Any]]:
-        """Both sides of some comparisons by the analysis itself, by output; with `traced` also the guards.
+    def compared(self, values: Values, bounds: Sequence[OutputComparison]) -> dict[int, Fraction]:
+        """Both sides of some comparisons by the analysis itself.
 
-        Raises
-        ------
-        TooManyGuardsError
-            when there are more guards than are worth remembering.
+        Exact fractions by number of output. Raises `OutOfTime` when the limit of time in force is up.
         """
         look_at_the_clock()
         view = View(self.design)
         wanted = dict.fromkeys(bound.requirement for bound in bounds)
-        space = self.inputs.at(values, traced=True) if traced else None
-        gaps: dict[int, Fraction] = {}
-        with watching() as guards:
-            if space is None:
-                limits = self.inputs.limits(values, wanted)
-            else:
-                limits = {number: build_limit(space, space.requirements[number], counted=False) for number in wanted}
-            guards.clear()  # scales are no part of the figures
-            guards.most = MOST_GUARDS
-            for number in wanted:
-                limit = limits[number]
-                places = (bound for bound in self.outputs.bounds if bound.requirement == number)
-                for bound, (value, most, _) in zip(places, _comparisons(limit, view, cores=self.cores), strict=True):
-                    gaps[bound.value], gaps[bound.limit] = value, most
-        return gaps, list(guards)
+        limits = self.inputs.limits(values, wanted)
+        sides: dict[int, Fraction] = {}
+        for number in wanted:
+            places = self.bounds_of(number)
+            for bound, (value, most, _) in zip(
+                places, _comparisons(limits[number], view, cores=self.cores), strict=True
+            ):
+                sides[bound.value], sides[bound.limit] = value, most
+        return sides
 
     def core_sides(self, values: Values, only: int | None = None) -> dict[int, tuple[Fraction, Fraction, str]]:
         """For each requirement about whole cores (`only` that one) the load of the fullest, its limit, and the core.

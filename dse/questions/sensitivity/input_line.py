@@ -7,27 +7,21 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Iterable, Mapping, Sequence
-from contextlib import suppress
 from dataclasses import replace
 from fractions import Fraction
+from functools import cached_property
 
 from dse.analysis.binding import own_core
 from dse.analysis.limits import EachCore, core_comparison, on_processor
 from dse.analysis.placement.partition import asks_for_first_fit, core_count
 from dse.analysis.terms import PPM
 from dse.analysis.views import View
-from dse.questions.sensitivity.design_function import DesignFunction, NearbyProgram, OutputComparison, steps_or_none
-from dse.questions.sensitivity.traced_numbers import COMPARISONS, OPERATIONS, Program, TooManyGuardsError, untraced
+from dse.questions.sensitivity.design_function import DesignFunction, NearbyProgram, OutputComparison
+from dse.questions.sensitivity.traced_numbers import COMPARISONS, OPERATIONS, Program
 from dse.spec.schema.fields import COUNT
-
-WORTH_IT = 3
-"""The number of runs of the analysis where known expressions do not apply, before new ones are made."""
 
 MOST_PARTITIONS = 8
 """The number of known partitions of threads on cores that are tried before another is looked for."""
-
-TOO_LONG = 12
-"""After figures that are too long to remember, so many places are analysed before it is tried again."""
 
 
 class LineComparisons:
@@ -83,40 +77,27 @@ class LineComparisons:
 
 
 class _Sides:
-    """Both sides of some comparisons along a way, by the expressions that apply, else by the analysis."""
+    """Both sides of some comparisons along a way, by the expressions where they apply, else by the analysis.
+
+    Expressions of another place, where response times count other jobs, take as long to make as many analyses.
+    """
 
     def __init__(
         self, function: DesignFunction, moving: Mapping[int, Fraction], bounds: Sequence[OutputComparison]
     ) -> None:
         self.function, self.moving, self.bounds = function, moving, bounds
-        self._parts: list[ReachedSteps] = []
-        self._misses = 0
+
+    @cached_property
+    def _reached(self) -> ReachedSteps:
+        numbers = [number for bound in self.bounds for number in (bound.value, bound.limit)]
+        return reached_steps(self.function.around_cores, frozenset(self.moving), numbers)
 
     def at(self, values: Sequence[Fraction], place: Fraction) -> dict[int, Fraction]:
         """The sides by the number of their output, where all inputs are `values` at a place."""
-        function, moving = self.function, frozenset(self.moving)
-        if not function.applies:
-            return function.compared(values, self.bounds)[0]
-        if not self._parts:
-            numbers = [number for bound in self.bounds for number in (bound.value, bound.limit)]
-            self._parts.append(reached_steps(function.around_cores, moving, numbers))
-        moved = {index: scale * place for index, scale in self.moving.items()}
-        for part in reversed(self._parts):  # the last one was made nearby
-            traced = part.run(moved)
-            if traced is not None:
-                return traced
-        self._misses += 1
-        if self._misses > WORTH_IT:
-            with suppress(TooManyGuardsError):
-                traced, guards = function.compared(values, self.bounds, traced=True)
-                program = Program(list(traced.values()), guards)
-                outputs = dict(zip(traced, program.outputs, strict=True))
-                self._parts.append(
-                    ReachedSteps(program, steps_or_none(program, function.inputs.nominal), moving, outputs)
-                )
-                return {number: untraced(value) for number, value in traced.items()}
-            self._misses = -TOO_LONG  # the analysis alone is quicker here
-        return function.compared(values, self.bounds)[0]
+        known = None
+        if self.function.applies:
+            known = self._reached.run({index: scale * place for index, scale in self.moving.items()})
+        return self.function.compared(values, self.bounds) if known is None else known
 
 
 class FullestCores:
@@ -143,7 +124,7 @@ class FullestCores:
         place, else by the analysis.
         """
         if self._is_analysed or self._loads is None or not self.function.applies:
-            gaps = self.function.compared(values, [self.bound])[0]
+            gaps = self.function.compared(values, [self.bound])
             return {number: gaps[number] for number in (self.bound.value, self.bound.limit)}
         sides = self._loads.at(values, place)
         loads = {bound.thread: sides[bound.value] for bound in self._threads}

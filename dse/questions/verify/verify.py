@@ -331,7 +331,7 @@ class RobustWitness:
             values = list(self.question.inputs.nominal)
             for item, value in zip(box.uncertain, place, strict=True):
                 item.set(values, value)
-            broken = function.broken(function.compared(values, function.outputs.bounds)[0])
+            broken = function.broken(function.compared(values, function.outputs.bounds))
             if broken:
                 return [f"violates {self.question.space.requirements[broken[0].requirement].text!r} at {_at(place)}"]
         return []

@@ -20,7 +20,7 @@ from ortools.sat.python import cp_model
 from dse.analysis.scheduling.chained import chain_wait_ns
 from dse.analysis.scheduling.responses import UNBOUNDED_NS, all_responses, counted_ns, waited_ns
 from dse.analysis.views import View
-from dse.space.architecture.chains import may_come_once, may_succeed
+from dse.space.architecture.chains import before_in_chain, may_come_once
 from dse.space.model.space import Design, Space
 from dse.verification.diagrams import leaves
 from dse.verification.sums import Waits
@@ -56,13 +56,15 @@ class WaitVariables:
         self._at: dict[int, dict[int, Any]] = {}
         self._rests: dict[int, list[Any]] = {}
         self._counted: set[tuple[int, int, int]] = set()
+        self._homes = {number: frozenset(map(int, leaves(waits.places[number]))) for number in self.work}
+        self._before = {number: frozenset(before_in_chain(space, number)) for number in self.work}
         for number in (item for item in waits.threads if item in self.work):
             others = [
                 other
                 for other in self.work
                 if other != number
                 and self._may_wait(number, other)
-                and not may_succeed(space, number, other)
+                and not self._may_succeed(number, other)
                 and not may_come_once(space, other, (number,))
             ]
             shares = [self._share(number, other) for other in others]
@@ -84,20 +86,25 @@ class WaitVariables:
         members = [number for number in chain if number in self.work]
         shares = []
         for other in self.work:
-            if other in chain or any(may_succeed(self.space, number, other) for number in members):
+            waiting = [number for number in members if self._may_wait(number, other)]
+            if not waiting or other in chain or any(self._may_succeed(number, other) for number in members):
                 continue
             if may_come_once(self.space, other, members):
                 continue
             share = self.model.new_int_var(0, UNBOUNDED_NS, "")
-            for number in members:
-                if self._may_wait(number, other):
-                    self.model.add(share >= self.work[other]).only_enforce_if(self._waits_for(number, other))
+            for number in waiting:
+                self.model.add(share >= self.work[other]).only_enforce_if(self._waits_for(number, other))
             shares.append(share)
         self.model.add(variable >= self.scale * sum(shares))
 
+    def _may_succeed(self, one: int, other: int) -> bool:
+        """Whether one of two threads may come before the other in a chain: then it need not wait for a job of that."""
+        return one in self._before[other] or other in self._before[one]
+
     def _may_wait(self, number: int, other: int) -> bool:
-        """Whether a thread may wait for another: not one with a number for one without."""
-        return number not in self.priority or other in self.priority
+        """Whether a thread may wait for another: not one with a number for one without, nor where no core is both's."""
+        is_urgent = number in self.priority and other not in self.priority
+        return not is_urgent and not self._homes[number].isdisjoint(self._homes[other])
 
     def _share(self, number: int, other: int) -> Any:
         """The work of another thread that a thread waits for: at least its first job, where it does wait."""
@@ -148,8 +155,7 @@ class WaitVariables:
         """For each place of a thread a literal that it is there."""
         if number not in self._at:
             place, model = self.place[number], self.model
-            values = sorted({int(leaf) for leaf in leaves(self.waits.places[number])})
-            found = {value: model.new_bool_var("") for value in values}
+            found = {value: model.new_bool_var("") for value in sorted(self._homes[number])}
             for value, literal in found.items():
                 model.add(place == value).only_enforce_if(literal)
                 model.add(place != value).only_enforce_if(literal.negated())
