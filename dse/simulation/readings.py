@@ -53,6 +53,15 @@ class ComponentFigures:
 
 
 @dataclass(frozen=True)
+class FaultFigures:
+    """Faults of a CAN wire: up to `burst` at once, others `interval_ns` apart, each with an error frame."""
+
+    interval_ns: int
+    burst: int
+    error_ns: Range
+
+
+@dataclass(frozen=True)
 class ConnectionFigures:
     """A connection in a design: what virtual carriers take, and the physical bus under them.
 
@@ -70,6 +79,7 @@ class ConnectionFigures:
     is_shared: bool = False
     identifier: int | None = None
     frame: tuple[int, ...] = ()
+    faults: FaultFigures | None = None
 
 
 @dataclass(frozen=True)
@@ -321,7 +331,17 @@ class _DesignReader:
             is_shared=is_shared,
             identifier=self.at(item.identifier),
             frame=tuple(frame),
+            faults=self.faults(hard),
         )
+
+    def faults(self, number: int) -> FaultFigures | None:
+        """The faults of the wire of a bus; an error frame has 14 to 28 bits and the gap of 3 behind it."""
+        slot = self.space.buses[number]
+        interval = self.at(slot.fault_interval_ns)
+        if interval is None:
+            return None
+        bit = Fraction(NS_PER_S, self.at(slot.bandwidth_bps))
+        return FaultFigures(interval, self.at(slot.fault_burst) or 1, (17 * bit, 31 * bit))
 
     def frames(self, number: int, size: int, whole: Range) -> tuple[Range, ...]:
         """The times of the frames of a message of so many bytes, of which each competes for the bus."""

@@ -11,8 +11,9 @@ import pytest
 
 import dse
 from dse.analysis.messages.assignment import Candidate, assigned, is_in_time
-from dse.analysis.scheduling.busy_window import periodic
+from dse.analysis.scheduling.busy_window import Task, periodic
 from dse.analysis.scheduling.policies.buses import Arbitrated
+from dse.analysis.scheduling.policies.faults import faults_of_wire, with_frame
 from dse.report.words.messages import late_message_words
 from dse.support.errors import ProblemError
 from tests.buses.test_messages import SYNC, car_bus
@@ -34,7 +35,7 @@ def draw(rng: Random, count: int, *, numbers: Sequence[int] = ()) -> list[Candid
     return found
 
 
-def is_kept(found: Sequence[Candidate], order: Sequence[int]) -> bool:
+def is_kept(found: Sequence[Candidate], order: Sequence[int], faults: Task | None = None) -> bool:
     """Whether all meet their deadlines in an order, as the analysis of buses has it, with stated numbers in theirs."""
     numbers = [number for place in order if (number := found[place].identifier) is not None]
     if numbers != sorted(numbers):
@@ -43,7 +44,8 @@ def is_kept(found: Sequence[Candidate], order: Sequence[int]) -> bool:
         own, behind = found[place], [found[other].section_ns for other in order[at + 1 :]]
         urgent = tuple(task for other in order[:at] if (task := found[other].task) is not None)
         assert own.task is not None
-        response = Arbitrated(own.task, urgent, max(behind, default=0), own.last_ns, 1).response_ns()
+        hits = with_frame(faults, max(found[other].section_ns for other in order[: at + 1]))
+        response = Arbitrated(own.task, urgent, max(behind, default=0), own.last_ns, 1, hits).response_ns()
         if own.limit_ns is not None and (response is None or response > own.limit_ns):
             return False
     return True
@@ -53,13 +55,14 @@ def is_kept(found: Sequence[Candidate], order: Sequence[int]) -> bool:
 def test_an_order_that_meets_all_deadlines_is_found_if_there_is_one(seed: int) -> None:
     rng = Random(seed)
     found = draw(rng, rng.randint(2, 5), numbers=rng.sample(range(100, 2000, 50), rng.randint(0, 2)))
-    made = assigned(found, 1, MOST)
-    exists = any(is_kept(found, order) for order in permutations(range(len(found))))
-    assert is_kept(found, made.order) == exists == (not made.stuck)
+    faults = faults_of_wire(rng.randint(4, 20) * 100, rng.randint(1, 2), 1) if seed % 3 == 0 else None
+    made = assigned(found, 1, MOST, faults=faults)
+    exists = any(is_kept(found, order, faults) for order in permutations(range(len(found))))
+    assert is_kept(found, made.order, faults) == exists == (not made.stuck)
     if made.stuck and not any(item.identifier is not None for item in found):
         blocked = max((found[at].section_ns for at in range(len(found)) if at not in made.stuck), default=0)
         for place in made.stuck:
-            assert not is_in_time(found[place], [found[at] for at in made.stuck if at != place], blocked, 1)
+            assert not is_in_time(found[place], [found[at] for at in made.stuck if at != place], blocked, 1, faults)
 
 
 @pytest.mark.parametrize("seed", cases(60))

@@ -28,12 +28,14 @@ def draw_bus_problem(seed: int, *, decisions: int = 3, responses: bool | None = 
     lines = ["dse: 1", f"name: bus {seed}", f"processing: {'response_time' if counts else 'execution_time'}"]
     queues = Random(f"queues {seed}")  # drawn apart from all else
     words = Random(f"functions {seed}")
+    wires = Random(f"faults {seed}")
     way = _transmit_queue(queues, left, 0.3)
     lines += [f"processor_types: {{c: {{cores: 2, price: 10 EUR{way}}}}}", "bus_types:"]
     arbitration = f", arbitration: {kind}" * (kind != "priority")
     broadcast = ", broadcast: true" if rng.random() < 0.2 else ""
     for name, rate, price in (("slow", "125 kbit/s", 1), ("fast", "500 kbit/s", 5), ("odd", "333 kbit/s", 3)):
-        lines.append(f"  {name}: {{bandwidth: {rate}, frame: can{arbitration}{broadcast}, price: {price} EUR}}")
+        faults = _perhaps_faults(wires, left) if kind == "priority" else ""
+        lines.append(f"  {name}: {{bandwidth: {rate}, frame: can{arbitration}{faults}{broadcast}, price: {price} EUR}}")
     times = "transmission_time: {fixed: 200 us .. 300 us, per_byte: 20 us}, bandwidth: 200 kbit/s"
     lines.append(f"  plain: {{{times}, arbitration: {rng.choice(KINDS)}, price: 2 EUR}}")
     lines.append("  ipc: {virtual: true, transmission_time: {fixed: 10 us .. 150 us}, overhead: 1 B}")
@@ -154,6 +156,17 @@ def _transmit_queue(rng: Random, left: list[int], share: float) -> str:
         left[0] -= 1
         return ", transmit_queue: [priority, fifo]"
     return f", transmit_queue: {rng.choice(('fifo', 'fifo', 'priority'))}"
+
+
+def _perhaps_faults(rng: Random, left: list[int]) -> str:
+    """Perhaps how often the wire may fail, while some decisions are left perhaps in several ways."""
+    if rng.random() < 0.6:
+        return ""
+    interval = rng.choice(("3 ms", "10 ms", "25 ms", "7.3 ms"))
+    if left[0] and rng.random() < 0.2:
+        left[0] -= 1
+        interval = "[5 ms, 20 ms]"
+    return f", fault_interval: {interval}" + rng.choice(("", "", ", fault_burst: 2", ", fault_burst: 3"))
 
 
 def _perhaps_any(rng: Random, left: list[int], share: float, own: str) -> str:

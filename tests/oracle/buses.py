@@ -9,13 +9,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 from fractions import Fraction
 from heapq import heappop, heappush
+from itertools import islice
 from typing import TYPE_CHECKING, Any
 
 from . import quantities, wire
 from .arbitration import arbitration, counted
 from .identifiers import number_of, order_of
 from .quantities import NS_PER_S
-from .queues import Queues
+from .queues import Queues, hits_of
 from .stretches import MOMENT, MOST_PLAYED, Releases, has_no_end, play_inside
 
 if TYPE_CHECKING:
@@ -178,9 +179,10 @@ class Buses:
             return self._between(name, order[:place], order[place + 1 :], bus)
         bit = Fraction(NS_PER_S) / quantities.bandwidth(self.reading.bus_field(bus, "bandwidth")) / 8
         frames = {each: (self.releases(each), self.times(each)[1], *self._last(each)) for each in order}
-        key = bus, bit, tuple(frames.items())
+        faults = self._faults(bus)
+        key = bus, bit, tuple(frames.items()), faults
         if key not in self._found:
-            self._found[key] = queues.responses(frames, bit)
+            self._found[key] = queues.responses(frames, bit, faults)
         return self._found[key][name]
 
     def queue(self, name: str) -> str | None:
@@ -197,28 +199,44 @@ class Buses:
     def _between(self, name: str, urgent: Sequence[str], behind: Sequence[str], bus: str) -> Fraction | None:
         begun = max((self._last(other)[1] for other in behind), default=Fraction(0))
         given: list[Any] = [(self.releases(each), self.times(each)[1]) for each in (name, *urgent)]
-        if any(releases is None for releases, _ in given) or has_no_end(given, 1 if begun else 0):
-            return None
         bit = Fraction(NS_PER_S) / quantities.bandwidth(self.reading.bus_field(bus, "bandwidth")) / 8
-        return _play(given, begun, self._last(name)[0], bit)
+        hits = hits_of(self._faults(bus), max(self._last(each)[1] for each in (name, *urgent)), bit)
+        if any(releases is None for releases, _ in given) or has_no_end([*given, *hits], 1 if begun or hits else 0):
+            return None
+        return _play(given, begun, self._last(name)[0], bit, hits)
+
+    def _faults(self, bus: str) -> tuple[int, int] | None:
+        """The time between faults of the wire, and how many may come at once."""
+        interval = self.reading.bus_field(bus, "fault_interval")
+        if interval is None:
+            return None
+        return int(quantities.period(interval)), int(self.reading.bus_field(bus, "fault_burst") or 1)
 
 
 def _play(
-    given: Sequence[tuple[Releases, Fraction]], begun: Fraction, last: Fraction, bit: Fraction
+    given: Sequence[tuple[Releases, Fraction]],
+    begun: Fraction,
+    last: Fraction,
+    bit: Fraction,
+    hits: Sequence[tuple[Releases, Fraction]] = (),
 ) -> Fraction | None:
     """The longest time from a release of the first of these to its end; the others go first until its `last` frame.
 
     Another frame may have `begun` a moment before. What comes less than a bit after a frame has begun may still win it.
+    Each fault of the wire that `hits` a frame before its end costs as much time.
     """
+    faults = [(time, cost) for releases, cost in hits for time in islice(releases.densest(), MOST_PLAYED)]
     coming: list[tuple[Fraction, int, Fraction, Any]] = []
     for number, (releases, cost) in enumerate(given):
         times = releases.densest()
         heappush(coming, (next(times), number, cost, times))
     sooner = MOMENT if begun else Fraction(0)
-    now, worst = begun - sooner, Fraction(0)
+    now, worst, failed = begun - sooner, Fraction(0), 0
     urgent: list[Fraction] = []
     own: list[list[Fraction]] = []  # the release of each job that waits, and what it has left
     for _ in range(MOST_PLAYED):
+        while failed < len(faults) and faults[failed][0] < now:
+            now, failed = now + faults[failed][1], failed + 1
         if not urgent and not own and (not coming or coming[0][0] > now or coming[0][0] == now > 0):
             return worst
         while coming and coming[0][0] < now + bit:
@@ -236,6 +254,9 @@ def _play(
         release, left = own[0]
         if left > last:
             now, own[0][1] = now + left - last, last
+            continue
+        if failed < len(faults) and faults[failed][0] < now + left:
+            now, failed = now + faults[failed][1], failed + 1
             continue
         now += left
         worst = max(worst, now + sooner - release)

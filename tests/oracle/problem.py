@@ -45,6 +45,8 @@ FIELDS = {
         "transmission_time.per_byte",
         "overhead",
         "latency",
+        "fault_interval",
+        "fault_burst",
         "price",
         "power",
     ),

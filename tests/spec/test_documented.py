@@ -56,7 +56,7 @@ bus_types:
       virtual: false, exclusive: true, period: 1 ms, price: 1 EUR, power: 1 W, totals: {mass: 1 g},
       source: s}
   v: {virtual: true, transmission_time: from bandwidth, bandwidth: 1 Mbit/s}
-  w: {bandwidth: 1 Mbit/s, frame: can}
+  w: {bandwidth: 1 Mbit/s, frame: can, fault_interval: 1 s, fault_burst: 2}
 device_types:
   d: {period: 1 ms, category: device, dispatch_protocol: periodic, compute_execution_time: 1 us, latency: 1 us,
       deadline: 1 ms, response_time: 1 us, queue_size: 1, price: 1 EUR, power: 1 W, totals: {mass: 1 g}, source: s,

@@ -17,6 +17,7 @@ from dataclasses import dataclass
 
 from dse.analysis.scheduling.busy_window import CLEARLY, Task
 from dse.analysis.scheduling.policies.buses import Arbitrated
+from dse.analysis.scheduling.policies.faults import with_frame, work_of
 from dse.support.units import Exact
 
 
@@ -54,8 +55,12 @@ class Candidate:
         return False, self.identifier is not None, -(10**18) if latest is None else -latest, -position
 
 
-def is_in_time(own: Candidate, urgent: Iterable[Candidate], blocked_ns: Exact, bit_ns: Exact) -> bool:
+def is_in_time(
+    own: Candidate, urgent: Iterable[Candidate], blocked_ns: Exact, bit_ns: Exact, faults: Task | None = None
+) -> bool:
     """Whether a message meets its deadline where those of `urgent` go first; one without a deadline always does.
+
+    `faults` are those of the wire, without the frames that are sent again.
 
     >>> from dse.analysis.scheduling.busy_window import periodic
     >>> one, other = (Candidate(periodic("", 135, 1000), 135, 135, limit, None, False) for limit in (405, 300))
@@ -64,16 +69,18 @@ def is_in_time(own: Candidate, urgent: Iterable[Candidate], blocked_ns: Exact, b
     """
     if own.limit_ns is None:
         return True
-    tasks = [item.task for item in urgent]
+    before = list(urgent)
+    tasks = [item.task for item in before]
     if own.task is None or any(item is None for item in tasks) or own.task.worst_ns > own.limit_ns:
         return False
     known = [item for item in tasks if item is not None]
-    quick = _Quick.of(own.task, known)
+    hits = with_frame(faults, max(item.section_ns for item in (own, *before)))
+    quick = _Quick.of(own.task, known, hits)
     if quick is not None:
         found = quick.is_in_time(own.last_ns, blocked_ns, bit_ns, own.limit_ns)
         if found is not None:
             return found
-    response = Arbitrated(own.task, tuple(known), blocked_ns, own.last_ns, bit_ns).response_ns()
+    response = Arbitrated(own.task, tuple(known), blocked_ns, own.last_ns, bit_ns, hits).response_ns()
     return response is not None and response <= own.limit_ns
 
 
@@ -85,9 +92,10 @@ class _Quick:
     period: int
     jitter: int
     streams: tuple[tuple[int, int, Exact], ...]
+    faults: Task | None
 
     @staticmethod
-    def of(own: Task, urgent: Sequence[Task]) -> _Quick | None:
+    def of(own: Task, urgent: Sequence[Task], faults: Task | None) -> _Quick | None:
         """The data of the quick test; None where some messages are released otherwise than by one plain stream."""
         if any(len(item.streams) != 1 or item.separation_ns is not None for item in (own, *urgent)):
             return None
@@ -99,29 +107,35 @@ class _Quick:
         if any(type(time) is not int for key in (*work, (stream.period_ns, stream.jitter_ns)) for time in key):
             return None
         streams = tuple((period, int(jitter), total) for (period, jitter), total in work.items())
-        return _Quick(own.worst_ns, stream.period_ns, int(stream.jitter_ns), streams)
+        return _Quick(own.worst_ns, stream.period_ns, int(stream.jitter_ns), streams, faults)
 
     def is_in_time(self, last: Exact, blocked: Exact, bit: Exact, limit: Exact) -> bool | None:
         """Whether each job of the busy period ends in time (`Arbitrated`); None where the bus is all but full."""
         used = float(self.worst / self.period) + sum(float(work / period) for period, _, work in self.streams)
+        used += 0 if self.faults is None else float(self.faults.utilisation)
         if used > 1 - CLEARLY:
             return False if used > 1 + CLEARLY else None
-        busy = self._least(blocked + self.worst, blocked, 0, own=True)
+        busy = self._least(blocked + self.worst, blocked, 0, 0, own=True)
         start: Exact = 0
         count = 0
         while not count or count * self.period - self.jitter < busy:
             release = max(0, count * self.period - self.jitter)
             before = blocked + (count + 1) * self.worst - last
-            start = self._least(max(before, start), before, bit, own=False)
+            start = self._least(max(before, start), before, bit, last, own=False)
             if start + last - release > limit:
                 return False
             count += 1
         return True
 
-    def _least(self, time: Exact, once: Exact, bit: Exact, *, own: bool) -> Exact:
-        """The least time, no sooner than `time`, by which `once` and all that comes until a bit later is done."""
+    def _least(self, time: Exact, once: Exact, bit: Exact, last: Exact, *, own: bool) -> Exact:
+        """The least time, no sooner than `time`, by which `once` and all that comes until a bit later is done.
+
+        Faults count until the `last` frame that begins then is over.
+        """
+        faulty = work_of(self.faults)
         while True:
-            needed = once + sum(-(-(time + bit + jitter) // period) * work for period, jitter, work in self.streams)
+            needed = once + faulty(time + last)
+            needed += sum(-(-(time + bit + jitter) // period) * work for period, jitter, work in self.streams)
             if own:
                 needed += -(-(time + self.jitter) // self.period) * self.worst
             if needed <= time:
@@ -143,11 +157,13 @@ class Assignment:
     is_forced: bool = False
 
 
-def assigned(candidates: Sequence[Candidate], bit_ns: Exact, most: int, soonest: int | None = None) -> Assignment:
+def assigned(
+    candidates: Sequence[Candidate], bit_ns: Exact, most: int, soonest: int | None = None, faults: Task | None = None
+) -> Assignment:
     """Places for all messages, with identifiers up to `most`; what cannot be in time is placed all the same.
 
     With `soonest`, the position of a message, that has the most urgent place that the deadlines of all others leave it
-    in any order; as if there were numbers enough between stated ones.
+    in any order; as if there were numbers enough between stated ones. `faults` are those of the wire.
 
     Examples
     --------
@@ -182,7 +198,7 @@ def assigned(candidates: Sequence[Candidate], bit_ns: Exact, most: int, soonest:
 
         def may_be_last(place: int, left: Sequence[int] = left, blocked: Exact = blocked) -> bool:
             others = (candidates[other] for other in left if other != place)
-            return is_in_time(candidates[place], others, blocked, bit_ns)
+            return is_in_time(candidates[place], others, blocked, bit_ns, faults)
 
         chosen = next(filter(may_be_last, options), None)
         if chosen is None:

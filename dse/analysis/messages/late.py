@@ -9,7 +9,15 @@ from typing import Annotated
 
 from dse.analysis.limits import Verdict
 from dse.analysis.messages.assignment import Candidate, is_in_time
-from dse.analysis.messages.stages import bus_of, candidates_of, carried_by, in_order, message_key, wrapping_ns
+from dse.analysis.messages.stages import (
+    bus_of,
+    candidates_of,
+    carried_by,
+    faults_on,
+    in_order,
+    message_key,
+    wrapping_ns,
+)
 from dse.analysis.messages.waits import MessageResponse, message_responses
 from dse.analysis.scheduling.model import NO_PROCESSOR
 from dse.analysis.scheduling.policies import buses
@@ -68,7 +76,7 @@ def _place_for(
     tasks = {entry.key: solution.windows.events.task(entry.key) for entry in resource.entries}
     known = dict(zip(carried_by(space, bus, view), candidates_of(space, bus, view, lambda _: tasks), strict=True))
     order = [entry.key[0] for entry in resource.entries]
-    own = order.index(number)
+    own, faults = order.index(number), faults_on(space, bus, view)
 
     def is_kept(message: int, order: Sequence[int], limit_ns: Exact | None) -> bool:
         place = order.index(message)
@@ -79,7 +87,7 @@ def _place_for(
             return limit_ns is None or (response is not None and response <= limit_ns)
         mine, behind = known[message], max((known[other].section_ns for other in order[place + 1 :]), default=0)
         made = Candidate(mine.task, mine.last_ns, mine.section_ns, limit_ns, None, mine.is_on_flow)
-        return is_in_time(made, [known[other] for other in order[:place]], behind, wire.bit_ns)
+        return is_in_time(made, [known[other] for other in order[:place]], behind, wire.bit_ns, faults)
 
     for place in reversed(range(own)):
         moved = [*order[:place], number, *order[place:own], *order[own + 1 :]]

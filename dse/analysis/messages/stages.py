@@ -10,6 +10,8 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from fractions import Fraction
+from functools import partial
+from itertools import accumulate
 from math import ceil
 from typing import TypeAlias, cast
 
@@ -19,6 +21,7 @@ from dse.analysis.messages.assignment import Candidate, assigned
 from dse.analysis.rates import NS_PER_S, rate_hz
 from dse.analysis.scheduling.busy_window import Stream, Task
 from dse.analysis.scheduling.model import NO_PROCESSOR, Entry, Release, Resource, Stage, Wire
+from dse.analysis.scheduling.policies.faults import faults_of_wire, with_frame
 from dse.analysis.scheduling.tasks import TaskKey
 from dse.analysis.terms import picked
 from dse.analysis.views import View
@@ -176,7 +179,8 @@ def bus_resource(space: Space, bus: int, view: View, released: Released) -> Reso
     if arbitration == "priority":
         identifiers = [at(space.connections[number].identifier, view) for number in carried]
         if ANY_IDENTIFIER in identifiers:
-            made = assigned(candidates_of(space, bus, view, released), *identifier_range(space, bus, view))
+            found = candidates_of(space, bus, view, released)
+            made = assigned(found, *identifier_range(space, bus, view), faults=faults_on(space, bus, view))
             order = [carried[place] for place in made.order]
             return in_order(space, bus, order, view, made.identifiers)
         pairs = sorted(zip(identifiers, carried, strict=True))
@@ -200,6 +204,19 @@ def identifier_range(space: Space, bus: int, view: View) -> tuple[int, int]:
     frame = frame_at(slot.fixed_ns, view)
     bits = 29 if frame is None else frame.identifier_bits
     return _number(Fraction(NS_PER_S) / at(slot.bandwidth_bps, view)), (1 << bits) - 1
+
+
+def faults_on(space: Space, bus: int, view: View) -> Task | None:
+    """The faults of a wire as a task, without the frames that are sent again; None where none are counted.
+
+    Times in ns, of the interval, the burst and the bandwidth that a design has.
+    """
+    slot = space.buses[bus]
+    interval = at(slot.fault_interval_ns, view)
+    if interval is None:
+        return None
+    burst = at(slot.fault_burst, view)
+    return faults_of_wire(interval, 1 if burst is None else burst, identifier_range(space, bus, view)[0])
 
 
 def candidates_of(space: Space, bus: int, view: View, released: Released) -> list[Candidate]:
@@ -274,14 +291,18 @@ def in_order(space: Space, bus: int, carried: Sequence[int], view: View, identif
         longest_later.append(before)
     longest_later.reverse()
     entries: list[Entry] = []
+    faults, hits = faults_on(space, bus, view), []
+    longest = list(accumulate(sections, partial(picked, "max")))
     for position, number in enumerate(carried):
         end = lines[position][-1] if lines and lines[position] else position
         blockers = longest_later[end + 1]
         rivals = tuple(other for other in range(end + 1) if other != position)
         blocked = blockers[0][1] if blockers else 0
         entries.append(Entry((number, "message"), position, rivals, blockers, blocked))
+        hits.append(with_frame(faults, longest[end]))
     bit = identifier_range(space, bus, view)[0]
-    wire = Wire("priority", bit, tuple(last), ((),) * len(carried), tuple(identifiers), lines)
+    counted = tuple(item for item in hits if item is not None)
+    wire = Wire("priority", bit, tuple(last), ((),) * len(carried), tuple(identifiers), lines, counted)
     return Resource(NO_PROCESSOR, bus, tuple(entries), wire=wire)
 
 

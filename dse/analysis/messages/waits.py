@@ -42,12 +42,12 @@ class MessageResponse:
     """How long a message takes at most from when it is handed to its bus until it is there.
 
     That is its longest transmission, what keeps the bus when it comes, the messages that go before it and earlier ones
-    of its own, less what is over when it comes.
+    of its own, and faults of the wire, less what is over when it comes.
     """
 
     WRITTEN = (
         *("name", "identifier", "transmission_ns", "releases", "blocking_ns", "blocked_by", "interference"),
-        *("earlier_ns", "over_ns", "response_ns", "deadline_ns", "meets_deadline", "because"),
+        *("earlier_ns", "faults", "faults_ns", "over_ns", "response_ns", "deadline_ns", "meets_deadline", "because"),
     )
 
     name: Annotated[str, "The connection."]
@@ -94,6 +94,19 @@ class MessageResponse:
         In ns; above 0 where a message can be queued while its predecessor still waits.
         """
         return self.parts.earlier_ns
+
+    @property
+    def faults(self) -> Annotated[int, Json(default=0)]:
+        """The number of faults of the wire before the worst message is over; missing where none are counted."""
+        return self.parts.faults
+
+    @property
+    def faults_ns(self) -> Annotated[Exact, Json(default=0)]:
+        """The time that these faults cost: error frames and frames that are sent again; missing where none are counted.
+
+        In ns.
+        """
+        return self.parts.faults_ns
 
     @property
     def over_ns(self) -> Annotated[Exact, Json(default=0)]:

@@ -3,7 +3,7 @@
 Whoever is the last of the messages S that are due by E ends at some t <= E, behind a frame of any message beside them,
 and behind all others of S, with each of their jobs that comes until its last frame begins:
 
-    longest frame beside S + sum over S of jobs(t) C <= t        for some t <= E
+    longest frame beside S + sum over S of jobs(t) C + faults(t) (error frame + longest frame of S) <= t, some t <= E
 
 A message k that is due later has no part in that unless it goes before the last of S for sure: it has a lower number
 than some message of S. Then it adds C u, with u true where both have these numbers. (A literal for each E and number
@@ -23,9 +23,17 @@ from math import floor
 from typing import Any
 
 from dse.analysis.messages.assignment import Candidate
-from dse.analysis.messages.stages import candidate_of, counted_buses, identifier_range, is_each_alone, may_wait_for
-from dse.analysis.scheduling.busy_window import most_jobs
+from dse.analysis.messages.stages import (
+    candidate_of,
+    counted_buses,
+    faults_on,
+    identifier_range,
+    is_each_alone,
+    may_wait_for,
+)
+from dse.analysis.scheduling.busy_window import Task, most_jobs
 from dse.analysis.scheduling.policies.executor_work import jobs_by
+from dse.analysis.scheduling.policies.faults import with_frame
 from dse.analysis.scheduling.resolve import released_undelayed
 from dse.analysis.views import View, allowed_options, tabulate
 from dse.encode.linear import EXACT_LIMIT, Board
@@ -105,6 +113,7 @@ class _OnBus:
     given: dict[int, int]
     guards: dict[int, int | None]
     chain: dict[tuple[int, ...], dict[int, Any]] = field(default_factory=dict)
+    faults: Task | None = None
 
     def add(self) -> None:
         """Rows for each time by which messages are due."""
@@ -115,6 +124,8 @@ class _OnBus:
         if ranges is None or len({case.value for case in ranges}) != 1 or ranges[0].value is None:
             return
         bit = ranges[0].value
+        faults = tabulate(space, lambda view: faults_on(space, self.bus, view), MOST_CASES, self.given)
+        self.faults = faults[0].value if faults is not None and len(faults) == 1 else None
         messages = [found for number in range(len(space.connections)) if (found := self._message(number)) is not None]
         times = sorted(
             {
@@ -214,8 +225,12 @@ class _OnBus:
         before = self._before(due, beside, time)
         blocker = max(beside, key=lambda message: (_section(message), message.lowest), default=None)
         scale = _scale([item for message in messages for _, item in message.cases])
+        always = [_section(message) for message in due if len(message.is_due(time)) == len(message.cases)]
+        faults = with_frame(self.faults, max(always, default=min(map(_section, due))))
         for (begin, end), literal in zip(ends, chosen, strict=True):
-            row = _Row(board, 0 if blocker is None else floor(_section(blocker) * scale), floor(end * scale))
+            hits = 0 if faults is None else jobs_by(faults, begin) * faults.worst_ns
+            begun = 0 if blocker is None else _section(blocker)
+            row = _Row(board, floor((begun + hits) * scale), floor(end * scale))
             for message in due:
                 for case, item in message.is_due(time):
                     row.add(case, self._work(item, begin, last, bit, own=True), scale)

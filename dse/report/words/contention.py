@@ -114,6 +114,7 @@ def arbitration_words(space: Space) -> str:
     for bus in (space.buses[number] for number in counted_buses(space)):
         kinds = dict.fromkeys(leaf for leaf in leaves(bus.arbitration) if leaf is not None)
         more = queue if "priority" in kinds else ""
+        more += ", with faults of the wire" if set(leaves(bus.fault_interval_ns)) != {None} else ""
         said.append(f"{bus.name} ({' or '.join(KINDS[kind] for kind in kinds)}{more})")
     return f"Waiting for {listed(said)} is counted." if said else ""
 

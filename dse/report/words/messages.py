@@ -81,6 +81,8 @@ def _waits_for(item: MessageResponse) -> str:
         waits.append(f"{len(first) - MOST_NAMED} more ({in_ms(work)})")
     if item.earlier_ns:
         waits.insert(0, f"earlier ones of its own ({in_ms(item.earlier_ns)})")
+    if item.faults:
+        waits.append(f"{item.faults} {'fault' if item.faults == 1 else 'faults'} ({in_ms(item.faults_ns)})")
     if item.over_ns:
         waits.append(f"of which {in_ms(item.over_ns)} are over at its arrival")
     return ", ".join(waits)

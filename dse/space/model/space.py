@@ -108,7 +108,8 @@ class Bus(Slot):
     `further` buses carry it as well as `carrier`, all at once. `budget` is AADL's, in B/s, which only verdicts look at.
     Leaves of `sizes_bytes` are the sizes of messages that the transmission time holds for: a `SizeRange`, None where
     nobody says, or `PerProcessorType`. Leaves of `arbitration` say which waiting message goes next (`Arbitration`); it
-    is None where the waiting is not counted, and `uncounted` says what is missing where some of it is stated.
+    is None where the waiting is not counted, and `uncounted` says what is missing where some of it is stated. Up to
+    `fault_burst` faults come at once, others `fault_interval_ns` apart; None where none are counted.
     """
 
     virtual: bool
@@ -129,6 +130,8 @@ class Bus(Slot):
     sizes_bytes: Tree = None
     arbitration: Tree = None
     uncounted: str = ""
+    fault_interval_ns: Tree = None
+    fault_burst: Tree = None
 
 
 @dataclass(frozen=True)

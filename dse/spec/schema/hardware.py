@@ -162,6 +162,8 @@ class BusType(Priced):
     exclusive: bool = False
     arbitration: Arbitration | None = None
     broadcast: bool = False
+    fault_interval: Options[Period] | None = None
+    fault_burst: Options[Count] | None = None
     bandwidth: Options[Bandwidth] | None = None
     transmission_time: TransmissionTimes | None = None
     frame: FrameType | None = None

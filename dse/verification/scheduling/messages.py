@@ -1,8 +1,9 @@
 """Messages that wait for buses in the second proof: rows of a bus, and what a refused solution teaches.
 
 Rows: of messages that are all due by some time E the last ends by then, after each job of the others that comes until
-it begins, of those with a number before it, too, and after a frame of one more. For each E numbers are gone through
-from the greatest down: once a message that is due has one, whatever has a lower one goes before the last that is due.
+it begins, of those with a number before it, too, after a frame of one more, and after the faults of the wire. For each
+E numbers are gone through from the greatest down: once a message that is due has one, whatever has a lower one goes
+before the last that is due.
 One of several intervals holds that end. Lessons: messages of which none can be the last in time, with all options that
 make their bus no less busy (`dse.analysis.messages`); or options under which a message waits so long.
 """
@@ -21,7 +22,8 @@ from dse.analysis.limits import Limit, judge
 from dse.analysis.messages.assignment import Candidate
 from dse.analysis.messages.burdens import burdens, goes_first, is_settled
 from dse.analysis.messages.conflicts import Conflict, conflicts, is_own_deadline, open_identifiers, soonest_ns
-from dse.analysis.messages.stages import candidate_of, counted_buses, identifier_range, is_each_alone
+from dse.analysis.messages.stages import candidate_of, counted_buses, faults_on, identifier_range, is_each_alone
+from dse.analysis.scheduling.busy_window import Task
 from dse.analysis.scheduling.resolve import released_undelayed
 from dse.analysis.views import CyclicActivation, Noting, View, tabulate
 from dse.space.model.space import Design, Space
@@ -89,10 +91,12 @@ class BusRows:
         bits = tabulate(space, bit_of, MOST_CASES, given) or []
         if len({case.value for case in bits}) != 1 or bits[0].value is None:
             return
+        wires = tabulate(space, lambda view: faults_on(space, bus, view), MOST_CASES, given) or []
+        faults = wires[0].value if len(wires) == 1 else None
         messages = [found for number in range(len(space.connections)) if (found := self._message(bus, number, given))]
         times = {item.limit_ns for one in messages if one.number in self.limited for _, item in one.cases}
         for time in sorted(time for time in times if time is not None):
-            self._add_time(messages, time, bits[0].value, self._is(decision, option))
+            self._add_time(messages, time, bits[0].value, self._is(decision, option), faults)
 
     def _message(self, bus: int, number: int, given: dict[int, int]) -> _Sent | None:
         space, wire = self.space, self.space.connections[number]
@@ -113,7 +117,7 @@ class BusRows:
             [(self._where(case.conditions), case.value) for case in numbers if isinstance(case.value, int)],
         )
 
-    def _add_time(self, messages: Sequence[_Sent], time: Exact, bit: Exact, kind: Any) -> None:
+    def _add_time(self, messages: Sequence[_Sent], time: Exact, bit: Exact, kind: Any, faults: Task | None) -> None:
         due = [one for one in messages if one.number in self.limited and one.is_due(time)]
         others = [one for one in messages if one not in due]
         if not due:
@@ -123,9 +127,11 @@ class BusRows:
         frame = max((one.frame_ns for one in others), default=0)
         alike = [one for one in others if one.frame_ns == frame]
         blocker = max(alike, key=lambda one: (one.number not in before, one.number), default=None)
+        repeated = max(one.frame_ns for one in due)  # each of these goes before the last, or is it
         parts = []
         for begin, end in _intervals(due, time, last, bit):
-            row: list[tuple[Any, int]] = [(None, int(frame * FINE))]
+            lost = 0 if faults is None else _hits(faults, begin) * (faults.worst_ns + repeated)
+            row: list[tuple[Any, int]] = [(None, int((frame + lost) * FINE))]
             for one in due:
                 row += [(literal, int(_work(item, begin, last, bit, time) * FINE)) for literal, item in one.cases]
             for one in others:
@@ -195,6 +201,11 @@ def _intervals(due: Sequence[_Sent], time: Exact, last: Exact, bit: Exact) -> It
     for begin, end in pairwise(edges):
         if begin < end:
             yield begin, end
+
+
+def _hits(faults: Task, begin: Exact) -> int:
+    """How many faults there may be at least until a message ends that ends after `begin`."""
+    return sum((begin + stream.jitter_ns) // stream.period_ns + 1 for stream in faults.streams)
 
 
 def _work(item: Candidate, begin: Exact, last: Exact, bit: Exact, due: Exact) -> Exact:

@@ -9,7 +9,7 @@
   over all jobs q of the busy period (R. I. Davis, A. Burns, R. J. Bril and J. J. Lukkien, "Controller Area Network
   (CAN) schedulability analysis: refuted, revisited and revised", Real-Time Systems 35, 2007). A message of several
   frames competes with each of them: until the last one begins what is more urgent goes first. Messages whose sender
-  queues them as they come have a module of their own (`transmit_queues`).
+  queues them as they come have a module of their own (`transmit_queues`), and so have faults of the wire (`faults`).
 * ``fifo``: messages go in the order in which they come.
 * ``none``: each sender has a line of its own, on which its messages go as they come.
 * ``round_robin``: senders take turns, each with its oldest message: before each message of the own sender one of each
@@ -23,7 +23,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from functools import lru_cache
+from functools import lru_cache, partial
 from operator import is_
 
 from dse.analysis.scheduling.busy_window import (
@@ -39,6 +39,7 @@ from dse.analysis.scheduling.model import Resource
 from dse.analysis.scheduling.parts import Parts, before_job, counted
 from dse.analysis.scheduling.policies.executor_work import EndlessError, Work, demand_of, jobs_by, until_end
 from dse.analysis.scheduling.policies.executors import Fellow, Queued, WorstJob
+from dse.analysis.scheduling.policies.faults import work_of
 from dse.analysis.scheduling.policies.transmit_queues import QueuedMessage, queued_window, seen_by, waits_in_queues
 from dse.support.units import Exact
 
@@ -53,6 +54,8 @@ class Arbitrated:
         its last frame, before which nothing goes once it has begun.
     bit_ns
         what comes up to so much after a start still competes for it.
+    faults
+        the faults of the wire, each with what it costs this message; None where none are counted.
 
     Examples
     --------
@@ -73,6 +76,7 @@ class Arbitrated:
     blocked_ns: Exact
     last_ns: Exact
     bit_ns: Exact
+    faults: Task | None = None
 
     def response_ns(self) -> Exact | None:
         """The longest time from when the message is queued to its end, in ns; None where it has no bound.
@@ -81,7 +85,8 @@ class Arbitrated:
         with jitter.
         """
         numbers = (self.blocked_ns, self.last_ns, self.bit_ns)
-        plain = all(type(item) in PLAIN for item in numbers) and all(map(is_plain, (self.task, *self.urgent)))
+        tasks = (self.task, *self.urgent, *self._of_wire)
+        plain = all(type(item) in PLAIN for item in numbers) and all(map(is_plain, tasks))
         found = _remembered(self) if plain else self.worst_job()
         return None if found is None else found[1] - found[0]
 
@@ -94,7 +99,13 @@ class Arbitrated:
         if found is None:
             return None
         until, jobs = found[1] - self.last_ns + self.bit_ns, jobs_by if self._counts_starts else most_jobs
-        return before_job(self.task, ((item, jobs(item, until)) for item in self.urgent), self.blocked_ns, *found)
+        others = [(item, jobs(item, until)) for item in self.urgent]
+        faults = [(item, most_jobs(item, found[1])) for item in self._of_wire]
+        return before_job(self.task, others, self.blocked_ns, *found, faults)
+
+    @property
+    def _of_wire(self) -> tuple[Task, ...]:
+        return () if self.faults is None else (self.faults,)
 
     @property
     def _counts_starts(self) -> bool:
@@ -108,20 +119,28 @@ class Arbitrated:
         the busy period takes too many steps.
         """
         task, urgent, blocked = self.task, [item for item in self.urgent if item.worst_ns], self.blocked_ns
-        used = load((task, *urgent))
-        if used > 1 or (used == 1 and (blocked or not task.streams or any(map(is_late, (task, *urgent))))):
+        used = load((task, *urgent, *self._of_wire))
+        if used > 1 or (
+            used == 1 and (blocked or self.faults or not task.streams or any(map(is_late, (task, *urgent))))
+        ):
             return None
         with suppress(EndlessError):
-            return self._worst_of(Work(task, urgent, (), blocked))
+            return self._worst_of(Work(task, urgent, self._of_wire, blocked))
         return None
 
     def _worst_of(self, work: Work) -> tuple[Exact, Exact]:
         busy, demand = work.busy_ns(), demand_of(work.fellows, until=self._counts_starts)
+        faulty = work_of(self.faults)
+
+        def needed(own: Exact, time: Exact) -> Exact:
+            return own + demand(time + self.bit_ns) + faulty(time + self.last_ns)
+
         worst: tuple[Exact, Exact] = (0, 0)
         start: Exact = 0
-        for count, release in enumerate(until_end(releases_to_look_at_ns(self.task, work.fellows), busy)):
+        others = (*work.fellows, *self._of_wire)
+        for count, release in enumerate(until_end(releases_to_look_at_ns(self.task, others), busy)):
             before = self.blocked_ns + count * self.task.worst_ns + (self.task.worst_ns - self.last_ns)
-            start = work.least(max(before, start), lambda time, own=before: own + demand(time + self.bit_ns))  # type: ignore[misc]
+            start = work.least(max(before, start), partial(needed, before))
             if start + self.last_ns - release > worst[1] - worst[0]:
                 worst = release, start + self.last_ns
         return worst
@@ -213,7 +232,8 @@ def window_of(
     if task is None or len(before) < len(rivals):
         return None
     if wire.arbitration == "priority":
-        return Arbitrated(task, before, entry.blocked_ns, wire.last_ns[position], wire.bit_ns)
+        faults = wire.faults[position] if wire.faults else None
+        return Arbitrated(task, before, entry.blocked_ns, wire.last_ns[position], wire.bit_ns, faults)
     turns = wire.turns[position]
     others = [item for at, item in enumerate(tasks) if at != position] if turns else []
     known = tuple(item for item in others if item is not None)
