@@ -29,6 +29,7 @@ from dse.questions.reopen import reopen
 from dse.questions.verify import contention as referee
 from dse.report.content.front.document import Document
 from dse.report.words.contention import contention_words, placed_words
+from dse.search.feasibility.other_cores import OtherCores
 from dse.space.model.space import Design
 from dse.space.question.open_cores import cores_beside, with_all_cores
 from dse.space.question.settings import deadline_requirements
@@ -344,7 +345,7 @@ def test_what_the_search_for_cores_does_not_settle_is_unknown(monkeypatch: pytes
     assert "; 1 unknown: the time was too short." in contention_words(result)
     assert dse.verify(result, problem=loads(TOGETHER)).status == "verified"
     with monkeypatch.context() as patch:
-        patch.setattr(front_verdicts.OtherCores, "holding", out_of_time)
+        patch.setattr(OtherCores, "holding", out_of_time)
         assert sorted(kept(dse.solve(loads(TOGETHER))).values()) == ["kept", "unknown"]
 
 
