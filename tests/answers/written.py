@@ -130,7 +130,7 @@ flows: {f: {path: [a, b]}, g: {path: [z, b]}}
 LATE_MESSAGE = """
 dse: 1
 name: late message
-bus_types: {can: {bandwidth: 250 kbit/s, frame: can, price: 1 EUR}}
+bus_types: {can: {bandwidth: 250 kbit/s, frame: can, fault_interval: 1 s, price: 1 EUR}}
 buses: {b: {type: can}}
 devices: {sink: {}, d0: {period: 5 ms}, d1: {period: 5 ms}, d2: {period: 5 ms}, d3: {period: 5 ms}}
 connections:
@@ -184,12 +184,14 @@ name: waiting
 bus_types:
   wire: {bandwidth: 1 Mbit/s, transmission_time: {fixed: 1 ms}, arbitration: priority}
   full: {bandwidth: 1 Mbit/s, transmission_time: {fixed: 60 ms}, arbitration: fifo}
-buses: {w: {type: wire}, x: {type: full}, z: {type: wire}}
+  noisy: {bandwidth: 1 Mbit/s, frame: can, fault_interval: 1 s}
+buses: {w: {type: wire}, x: {type: full}, y: {type: noisy}, z: {type: wire}}
 devices: {a: {period: 2500 us}, b: {period: 3500 us}, c: {period: 3500 us}, d: {period: 50 ms}, relay: {}, t: {}}
 connections:
   first: {from: a, to: t, data_size: 8 B, bus: w, identifier: 1}
   second: {from: b, to: t, data_size: 8 B, bus: w, identifier: 2, deadline: 3 ms}
   third: {from: c, to: t, data_size: 8 B, bus: w, identifier: 3, deadline: 3 ms}
+  hit: {from: a, to: t, data_size: 8 B, bus: y, identifier: 1}
   late: {from: d, to: relay, data_size: 8 B, bus: x}
   later: {from: relay, to: t, data_size: 8 B, bus: z, identifier: 4}
 flows: {f: {path: [a, first, t]}}
