@@ -9,6 +9,7 @@ from typing import Annotated
 
 from dse.analysis.messages.stages import bus_of, counted_buses, message_key, wrapping_ns
 from dse.analysis.scheduling.busy_window import Stream
+from dse.analysis.scheduling.fixed_point import Window
 from dse.analysis.scheduling.model import NO_PROCESSOR
 from dse.analysis.scheduling.parts import Delay, Parts
 from dse.analysis.scheduling.resolve import resource_of_bus
@@ -42,7 +43,7 @@ class MessageResponse:
     """How long a message takes at most from when it is handed to its bus until it is there.
 
     That is its longest transmission, what keeps the bus when it comes, the messages that go before it and earlier ones
-    of its own, and faults of the wire, less what is over when it comes.
+    of its own, and faults of the wire, less what is over when it comes. Its `window` decides that.
     """
 
     WRITTEN = (
@@ -64,6 +65,7 @@ class MessageResponse:
     because: Annotated[
         tuple[str, ...], "Of one without a bound those because of which it has none; missing without.", Json(default=())
     ] = ()
+    window: Window | None = None
 
     @property
     def interference(self) -> Annotated[tuple[Delay, ...], Json(kind=tuple[Precedence, ...])]:
@@ -175,4 +177,5 @@ def message_responses(space: Space, bus: int, view: View) -> Iterator[MessageRes
             parts or NOTHING,
             stated_name(space, entry.blockers[0][0]) if entry.blockers else "",
             tuple(dict.fromkeys(stated_name(space, key) for key in because)),
+            window,
         )

@@ -1,15 +1,16 @@
-"""Messages that wait for their bus, as tables: response against deadline, and what each waits for."""
+"""Messages that wait for their bus: response against deadline, what each waits for, and a Gantt chart of each bus."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 
+from dse.analysis.diagnosis.bus_timelines import worst_bus_period
 from dse.analysis.messages.late import LateMessage
 from dse.analysis.messages.waits import MessageResponse
 from dse.report.amounts import listed
-from dse.report.page import Table
-from dse.report.words.scheduling import deadline_cells, in_ms, no_bound_words
+from dse.report.page import Table, Timeline
+from dse.report.words.scheduling import busy_timeline, deadline_cells, in_ms, no_bound_words
 
 HEADINGS = (
     "message", "identifier", "transmission", "queued", "response time", "deadline", "", "slack", "blocked", "waits for",
@@ -29,7 +30,8 @@ def message_tables(messages: Mapping[str, Sequence[MessageResponse]], brief: int
     """
     shown = {bus: of_bus for bus, of_bus in messages.items() if of_bus}
     for bus, of_bus in shown.items():
-        rows = [_row(item) for item in sorted(of_bus, key=_slack)]
+        ordered = sorted(of_bus, key=_slack)
+        rows = [_row(item) for item in ordered]
         kept = [at for at in range(len(HEADINGS)) if any(row[at] for row in rows)]
         numbers = tuple(position for position, at in enumerate(kept) if at in NUMBERS)
         table = Table(
@@ -37,12 +39,32 @@ def message_tables(messages: Mapping[str, Sequence[MessageResponse]], brief: int
             tuple(HEADINGS[at] for at in kept),
             tuple(tuple(row[at] for at in kept) for row in rows),
             numbers,
+            bars=tuple(map(_share, ordered)) if any(item.deadline_ns for item in ordered) else (),
         )
         if brief is not None:
             spare = tuple(position for position, at in enumerate(kept) if at >= DETAIL)[::-1]
             rest = "and {} more messages, and what each waits for (--all)"
             table = replace(table, brief=max(LEAST, brief // len(shown)), rest=rest, spare=spare)
         yield table
+
+
+def bus_timelines(messages: Mapping[str, Sequence[MessageResponse]]) -> Iterator[Timeline]:
+    """The timeline of the worst busy period of each bus.
+
+    Of buses on which several messages wait for each other; nothing for the others.
+    """
+    for bus, of_bus in messages.items():
+        busy = worst_bus_period(of_bus)
+        if busy is not None and len({piece.name for piece in busy.pieces}) > 1:
+            yield busy_timeline(f"Bus {bus}", busy)
+
+
+def _share(item: MessageResponse) -> float:
+    """How much of the time to its deadline a message takes: nothing without one, all where it is late."""
+    if not item.deadline_ns:
+        return 0.0
+    late = item.response_ns is None or item.meets_deadline is False
+    return 1.0 if late or item.response_ns is None else min(1.0, float(item.response_ns) / item.deadline_ns)
 
 
 def _slack(item: MessageResponse) -> tuple[bool, float]:

@@ -85,7 +85,7 @@ class Arbitrated:
         with jitter.
         """
         numbers = (self.blocked_ns, self.last_ns, self.bit_ns)
-        tasks = (self.task, *self.urgent, *self._of_wire)
+        tasks = (self.task, *self.urgent, *self.of_wire)
         plain = all(type(item) in PLAIN for item in numbers) and all(map(is_plain, tasks))
         found = _remembered(self) if plain else self.worst_job()
         return None if found is None else found[1] - found[0]
@@ -100,11 +100,16 @@ class Arbitrated:
             return None
         until, jobs = found[1] - self.last_ns + self.bit_ns, jobs_by if self._counts_starts else most_jobs
         others = [(item, jobs(item, until)) for item in self.urgent]
-        faults = [(item, most_jobs(item, found[1])) for item in self._of_wire]
+        faults = [(item, most_jobs(item, found[1])) for item in self.of_wire]
         return before_job(self.task, others, self.blocked_ns, *found, faults)
 
+    def competes(self, release_ns: Exact, start_ns: Exact) -> bool:
+        """Whether what is queued at a time may win the frame that starts at another one; both in ns."""
+        return release_ns <= start_ns if self._counts_starts else release_ns < start_ns + self.bit_ns
+
     @property
-    def _of_wire(self) -> tuple[Task, ...]:
+    def of_wire(self) -> tuple[Task, ...]:
+        """The faults of the wire, as one task or none."""
         return () if self.faults is None else (self.faults,)
 
     @property
@@ -119,13 +124,13 @@ class Arbitrated:
         the busy period takes too many steps.
         """
         task, urgent, blocked = self.task, [item for item in self.urgent if item.worst_ns], self.blocked_ns
-        used = load((task, *urgent, *self._of_wire))
+        used = load((task, *urgent, *self.of_wire))
         if used > 1 or (
             used == 1 and (blocked or self.faults or not task.streams or any(map(is_late, (task, *urgent))))
         ):
             return None
         with suppress(EndlessError):
-            return self._worst_of(Work(task, urgent, self._of_wire, blocked))
+            return self._worst_of(Work(task, urgent, self.of_wire, blocked))
         return None
 
     def _worst_of(self, work: Work) -> tuple[Exact, Exact]:
@@ -137,7 +142,7 @@ class Arbitrated:
 
         worst: tuple[Exact, Exact] = (0, 0)
         start: Exact = 0
-        others = (*work.fellows, *self._of_wire)
+        others = (*work.fellows, *self.of_wire)
         for count, release in enumerate(until_end(releases_to_look_at_ns(self.task, others), busy)):
             before = self.blocked_ns + count * self.task.worst_ns + (self.task.worst_ns - self.last_ns)
             start = work.least(max(before, start), partial(needed, before))
@@ -178,7 +183,7 @@ class InTurn:
 
         The lesser one of two bounds: senders in turn, and any order of all messages.
         """
-        found = [item.response_ns() for item in (self._in_line, self._any_order) if item is not None]
+        found = [item.response_ns() for item in (self.in_line, self._any_order) if item is not None]
         return min((item for item in found if item is not None), default=None)
 
     def parts(self) -> Parts | None:
@@ -186,7 +191,7 @@ class InTurn:
 
         Those of the bound that is used.
         """
-        line, free = self._in_line, self._any_order
+        line, free = self.in_line, self._any_order
         bounds = [None if item is None else item.response_ns() for item in (line, free)]
         if bounds[0] is None or (bounds[1] is not None and bounds[1] < bounds[0]):
             return None if free is None else free.parts()
@@ -202,7 +207,8 @@ class InTurn:
         return Parts(others, own - 1, (own - 1) * self.task.worst_ns, 0, worst.release_ns)
 
     @property
-    def _in_line(self) -> Queued:
+    def in_line(self) -> Queued:
+        """The message in one line with those that go as they come, each longer by one turn of each other sender."""
         turn = sum(item.worst_ns for item in self.turns)
         longer = [replace(item, worst_ns=item.worst_ns + turn) for item in (self.task, *self.queue)]
         return Queued("fifo", longer[0], tuple(Fellow(item, True) for item in longer[1:]))
