@@ -61,10 +61,12 @@ class Bus:
     def next(self, senders: Sequence[int]) -> QueuedMessage:
         """The message whose frame goes next.
 
-        By its identifier (of a queue only the oldest competes); as it came; or the oldest one of the sender that
-        follows the last one, in the order of `senders`.
+        By its identifier (of a queue only the oldest competes); by its class, then as it came; as it came; or the
+        oldest one of the sender that follows the last one, in the order of `senders`.
         """
         kind = self.waiting[0].turn.arbitration
+        if kind == "classes":
+            return min(self.waiting, key=lambda item: (item.turn.identifier, item.number))
         if kind == "priority":
             oldest: dict[str, QueuedMessage] = {}
             for item in self.waiting:

@@ -185,12 +185,14 @@ bus_types:
   wire: {bandwidth: 1 Mbit/s, transmission_time: {fixed: 1 ms}, arbitration: priority}
   full: {bandwidth: 1 Mbit/s, transmission_time: {fixed: 60 ms}, arbitration: fifo}
   noisy: {bandwidth: 1 Mbit/s, frame: can, fault_interval: 1 s}
-buses: {w: {type: wire}, x: {type: full}, y: {type: noisy}, z: {type: wire}}
+  eth: {bandwidth: 10 Mbit/s, frame: {protocol: ethernet, vlan: true}, arbitration: priority}
+buses: {v: {type: eth}, w: {type: wire}, x: {type: full}, y: {type: noisy}, z: {type: wire}}
 devices: {a: {period: 2500 us}, b: {period: 3500 us}, c: {period: 3500 us}, d: {period: 50 ms}, relay: {}, t: {}}
 connections:
   first: {from: a, to: t, data_size: 8 B, bus: w, identifier: 1}
   second: {from: b, to: t, data_size: 8 B, bus: w, identifier: 2, deadline: 3 ms}
   third: {from: c, to: t, data_size: 8 B, bus: w, identifier: 3, deadline: 3 ms}
+  sorted: {from: a, to: t, data_size: 8 B, bus: v, priority: 5}
   hit: {from: a, to: t, data_size: 8 B, bus: y, identifier: 1}
   late: {from: d, to: relay, data_size: 8 B, bus: x}
   later: {from: relay, to: t, data_size: 8 B, bus: z, identifier: 4}

@@ -52,6 +52,7 @@ class Buses:
                 break
             alike = all(body.get(key) == own.get(key) for key in ("from", "from_port"))
             alike = alike and self.identifier(name) == self.identifier(other)
+            alike = alike and self._class(name) == self._class(other)
             sizes = [quantities.size(self.reading.get(each, "data_size")) for each in (name, other)]
             alike = alike and self.reading.stack(other)[0] == bus and sizes[0] == sizes[1]
             if alike and not any(self.reading.states_rate(each) for each in (name, other)):
@@ -62,6 +63,10 @@ class Buses:
         """Its identifier in this design, -1 of a message without one; None where it may have any."""
         text = self.reading.get(self.reading.head(name), "identifier") or "-1"
         return None if text == "any" else number_of(text)
+
+    def _class(self, name: str) -> int:
+        """Its priority on Ethernet in this design, -1 of a message without one."""
+        return int(self.reading.get(self.reading.head(name), "priority") or -1)
 
     def choose(self) -> None:
         """The places of messages on buses on which some may have any identifier, with releases as they are now."""
@@ -82,7 +87,8 @@ class Buses:
                 {name: self._period(name) for name in here},
                 {name: bool(flows & set(parts[name])) for name in here},
                 2**bits - 1,
-                lambda name, before, behind, bus=bus: self._between(name, before, behind, bus),  # type: ignore[misc]
+                lambda name, before, behind, more, bus=bus: self._between(name, before, behind, bus, more),  # type: ignore[misc]
+                self.reading.problem.sections["buses"][bus].get("assignment", "audsley"),
             )
 
     def _latest(self, names: Sequence[str]) -> Fraction | None:
@@ -124,6 +130,11 @@ class Buses:
         body, whole = self._type(bus), self.times(name)[1]
         frame = body.get("frame")
         protocol = frame.get("protocol") if isinstance(frame, dict) else frame
+        if protocol == "ethernet":
+            *before, rest = wire.packets({"protocol": "ethernet"} if isinstance(frame, str) else frame, size)
+            bit = Fraction(NS_PER_S) / quantities.bandwidth(self.reading.bus_field(bus, "bandwidth"))
+            takes = [(8 + 4 + 12 + max(60, part)) * bit for part in (rest, wire.longest_packet(frame))]
+            return takes[0], takes[1] if before else whole
         most = {"can": 8, "can_fd": 64}.get(str(protocol))
         if most is None or size <= most:
             return whole, whole
@@ -150,6 +161,8 @@ class Buses:
         kind = arbitration(self._type(bus))
         if kind == "priority":
             return self._by_identifier(name, here, bus)
+        if kind == "classes":
+            return self._by_class(name, here)
         mine = [other for other in here if self._sender(other) == self._sender(name)]
         line = here if kind == "fifo" else mine
         others = {self._sender(other) for other in here} - {self._sender(name)} if kind == "round_robin" else set()
@@ -185,6 +198,17 @@ class Buses:
             self._found[key] = queues.responses(frames, bit, faults)
         return self._found[key][name]
 
+    def _by_class(self, name: str, here: Sequence[str]) -> Fraction | None:
+        """Of those with the highest priority the oldest goes next; all of one priority are one queue."""
+        listed = [each for each in self.reading.problem.sections["connections"] if each in {name, *here}]
+        order = sorted(listed, key=lambda each: -self._class(each))
+        queues = Queues({each: str(self._class(each)) for each in order})
+        frames = {each: (self.releases(each), self.times(each)[1], *self._last(each)) for each in order}
+        key = "classes", tuple(frames.items())
+        if key not in self._found:
+            self._found[key] = queues.responses(frames, Fraction(0))
+        return self._found[key][name]
+
     def queue(self, name: str) -> str | None:
         """Which thread, device or computer queues a message as it comes."""
         sender = self.reading.problem.component(name).get("from")
@@ -196,8 +220,10 @@ class Buses:
         computer = self.reading.processor_of(sender)
         return computer if computer and self.reading.get(computer, "transmit_queue") == "fifo" else None
 
-    def _between(self, name: str, urgent: Sequence[str], behind: Sequence[str], bus: str) -> Fraction | None:
-        begun = max((self._last(other)[1] for other in behind), default=Fraction(0))
+    def _between(
+        self, name: str, urgent: Sequence[str], behind: Sequence[str], bus: str, more: int = 0
+    ) -> Fraction | None:
+        begun = max((self._last(other)[1] for other in behind), default=Fraction(0)) + more
         given: list[Any] = [(self.releases(each), self.times(each)[1]) for each in (name, *urgent)]
         bit = Fraction(NS_PER_S) / quantities.bandwidth(self.reading.bus_field(bus, "bandwidth")) / 8
         hits = hits_of(self._faults(bus), max(self._last(each)[1] for each in (name, *urgent)), bit)

@@ -59,7 +59,7 @@ FIELDS = {
     ),
     "connections": (
         *("data_size", "bus", "rate", "data_rate", "port", "queue_size", "latency", "deadline", "carried_in"),
-        "identifier",
+        *("identifier", "priority"),
     ),
 }
 

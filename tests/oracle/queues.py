@@ -106,7 +106,8 @@ def _longest(
             if fault[0] is not None and fault[0] < start + last:
                 lost, fault = fault[1], next(faults, (None, Fraction(0)))
                 continue
-            if upcoming[0] is None or upcoming[0] >= start + bit:
+            edge = start + bit
+            if upcoming[0] is None or upcoming[0] > edge or (upcoming[0] == edge and (begun or bit)):
                 break
             work, upcoming = upcoming[1], next(outside, (None, Fraction(0)))
         if came and came >= start + last:

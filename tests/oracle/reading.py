@@ -170,7 +170,7 @@ class Reading:
             return False
         if field == "join" and self.protocol(name) == "periodic":
             return False
-        if field == "identifier" and section == "connections" and self.head(name) != name:
+        if field in ("identifier", "priority") and section == "connections" and self.head(name) != name:
             return False
         if field == "pairing" and not self.joins.joins(name):
             return False

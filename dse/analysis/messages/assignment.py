@@ -7,6 +7,11 @@ order that meets all deadlines is found if there is one. Of several messages tha
 with the latest deadline (its period, where it states none), and one with a stated number after those that may have any;
 then those of flows, the last one in the file first: so flows have the most urgent places that the deadlines of the
 others leave. Messages with a number keep their order.
+
+That is the rule `audsley`. With `robust` of those that may be last it is the one that tolerates the longest additional
+interference, at once, in its busy period: the order in which the message that tolerates least tolerates most (R. I.
+Davis and A. Burns, "Robust priority assignment for messages on Controller Area Network (CAN)", Real-Time Systems 41,
+2009). With `deadline_monotonic` it is the one with the latest deadline, whether it is in time or not.
 (docs/semantics.md, section 5.5)
 """
 
@@ -18,6 +23,7 @@ from dataclasses import dataclass
 from dse.analysis.scheduling.busy_window import CLEARLY, Task
 from dse.analysis.scheduling.policies.buses import Arbitrated
 from dse.analysis.scheduling.policies.faults import with_frame, work_of
+from dse.space.model.space import AssignmentRule
 from dse.support.units import Exact
 
 
@@ -46,13 +52,15 @@ class Candidate:
     identifier: int | None
     is_on_flow: bool
 
-    def turn(self, position: int) -> tuple[bool, bool, Exact, int]:
+    def turn(self, position: int, rule: AssignmentRule = "audsley") -> tuple[bool, bool, Exact, int]:
         """The lesser, the sooner it is made the last of those that may be; `position` is its place in the file."""
-        if self.is_on_flow:
+        by_deadline = rule == "deadline_monotonic"
+        if self.is_on_flow and not by_deadline:
             return True, False, 0, -position
         periods = [item.period_ns for item in self.task.streams] if self.task is not None else []
         latest = self.limit_ns if self.limit_ns is not None else min(periods, default=None)
-        return False, self.identifier is not None, -(10**18) if latest is None else -latest, -position
+        is_stated = self.identifier is not None and not by_deadline
+        return False, is_stated, -(10**18) if latest is None else -latest, -position
 
 
 def is_in_time(
@@ -82,6 +90,32 @@ def is_in_time(
             return found
     response = Arbitrated(own.task, tuple(known), blocked_ns, own.last_ns, bit_ns, hits).response_ns()
     return response is not None and response <= own.limit_ns
+
+
+def tolerated_ns(
+    own: Candidate, urgent: Sequence[Candidate], blocked_ns: Exact, bit_ns: Exact, faults: Task | None, least_ns: int
+) -> int | None:
+    """How much additional interference, at once, leaves a message with a deadline in time, in whole ns.
+
+    None where that is less than `least_ns`.
+
+    >>> from dse.analysis.scheduling.busy_window import periodic
+    >>> one, other = (Candidate(periodic("", 135, 1000), 135, 135, limit, None, False) for limit in (405, 305))
+    >>> tolerated_ns(one, [other], 0, 1, None, 0), tolerated_ns(other, [one], 0, 1, None, 40)
+    (135, None)
+    """
+    assert own.limit_ns is not None
+
+    def tolerates(more_ns: int) -> bool:
+        return is_in_time(own, urgent, blocked_ns + more_ns, bit_ns, faults)
+
+    if not tolerates(least_ns):
+        return None
+    low, high = least_ns, int(own.limit_ns) + 1  # not in time with that much
+    while high - low > 1:
+        middle = (low + high) // 2
+        low, high = (middle, high) if tolerates(middle) else (low, middle)
+    return low
 
 
 @dataclass(frozen=True, slots=True)
@@ -158,7 +192,12 @@ class Assignment:
 
 
 def assigned(
-    candidates: Sequence[Candidate], bit_ns: Exact, most: int, soonest: int | None = None, faults: Task | None = None
+    candidates: Sequence[Candidate],
+    bit_ns: Exact,
+    most: int,
+    soonest: int | None = None,
+    faults: Task | None = None,
+    rule: AssignmentRule = "audsley",
 ) -> Assignment:
     """Places for all messages, with identifiers up to `most`; what cannot be in time is placed all the same.
 
@@ -179,7 +218,7 @@ def assigned(
     free = [place for place, item in enumerate(candidates) if item.identifier is None]
 
     def turn(place: int) -> tuple[bool, bool, Exact, int]:
-        return candidates[place].turn(place) if place != soonest else (True, True, 0, 0)
+        return candidates[place].turn(place, rule) if place != soonest else (True, True, 0, 0)
 
     free.sort(key=turn)
     placed: list[int] = []
@@ -200,7 +239,13 @@ def assigned(
             others = (candidates[other] for other in left if other != place)
             return is_in_time(candidates[place], others, blocked, bit_ns, faults)
 
-        chosen = next(filter(may_be_last, options), None)
+        in_time = filter(may_be_last, options)
+        if rule == "robust":
+            chosen = _most_tolerant(candidates, in_time, left, blocked, bit_ns, faults)
+        else:
+            chosen = next(in_time, None)
+        if rule == "deadline_monotonic":
+            chosen = options[0]
         if chosen is None:
             if not stuck:
                 is_forced = any(place not in options and may_be_last(place) for place in (*free, bottom) if place >= 0)
@@ -216,6 +261,29 @@ def assigned(
             free.remove(chosen)
     placed.reverse()
     return Assignment(tuple(placed), _numbers(candidates, placed), stuck, is_forced)
+
+
+def _most_tolerant(
+    candidates: Sequence[Candidate],
+    options: Iterable[int],
+    left: Sequence[int],
+    blocked_ns: Exact,
+    bit_ns: Exact,
+    faults: Task | None,
+) -> int | None:
+    """The one of some that may be last in time which tolerates most, the first of equal ones; None of none.
+
+    One without a deadline tolerates whatever there is.
+    """
+    best: tuple[int, int] | None = None
+    for place in options:
+        if candidates[place].limit_ns is None:
+            return place
+        others = [candidates[other] for other in left if other != place]
+        least = 0 if best is None else best[1] + 1
+        found = tolerated_ns(candidates[place], others, blocked_ns, bit_ns, faults, least)
+        best = best if found is None else (place, found)
+    return None if best is None else best[0]
 
 
 def _numbers(candidates: Sequence[Candidate], order: Sequence[int]) -> tuple[int, ...]:

@@ -28,7 +28,7 @@ from dse.analysis.views import View
 from dse.space.architecture.arbitration import is_one_message
 from dse.space.architecture.carriers import carriers
 from dse.space.architecture.frames import frame_at, last_frame_ns
-from dse.space.model.space import EMPTY, Bus, Connection, Space, at_home
+from dse.space.model.space import EMPTY, Arbitration, Bus, Connection, Space, at_home
 from dse.space.model.trees import at, leaves
 from dse.spec.schema.fields import ANY_IDENTIFIER
 from dse.support.units import Exact
@@ -93,7 +93,7 @@ def message_key(space: Space, number: int, view: View) -> TaskKey:
         return number, "message"
     for other, item in enumerate(space.connections[:number]):
         if is_one_message(item, connection) and bus_of(space, other, view) == bus == at(item.bus, view):
-            pairs = (item.size_bytes, connection.size_bytes), (item.identifier, connection.identifier)
+            pairs = [(getattr(item, key), getattr(connection, key)) for key in ("size_bytes", "identifier", "priority")]
             alike = all(at(one, view) == at(another, view) for one, another in pairs)
             if alike and not item.states_rate and not connection.states_rate:
                 return other, "message"
@@ -180,11 +180,15 @@ def bus_resource(space: Space, bus: int, view: View, released: Released) -> Reso
         identifiers = [at(space.connections[number].identifier, view) for number in carried]
         if ANY_IDENTIFIER in identifiers:
             found = candidates_of(space, bus, view, released)
-            made = assigned(found, *identifier_range(space, bus, view), faults=faults_on(space, bus, view))
+            faults, rule = faults_on(space, bus, view), space.buses[bus].assignment
+            made = assigned(found, *identifier_range(space, bus, view), faults=faults, rule=rule)
             order = [carried[place] for place in made.order]
             return in_order(space, bus, order, view, made.identifiers)
         pairs = sorted(zip(identifiers, carried, strict=True))
         return in_order(space, bus, [number for _, number in pairs], view, [number for number, _ in pairs])
+    if arbitration == "classes":
+        classes = {number: at(space.connections[number].priority, view) for number in carried}
+        return in_order(space, bus, sorted(carried, key=lambda number: -classes[number]), view, classes=classes)
     senders = [_sender(space, number) for number in carried]
     alike = [set(carried) if arbitration == "fifo" else _alike(carried, senders, one) for one in senders]
     entries, turns = [], []
@@ -274,14 +278,25 @@ def _frames_ns(space: Space, bus: int, number: int, view: View) -> tuple[int, in
     return _number(final), _number(longest)
 
 
-def in_order(space: Space, bus: int, carried: Sequence[int], view: View, identifiers: Sequence[int] = ()) -> Resource:
+def in_order(
+    space: Space,
+    bus: int,
+    carried: Sequence[int],
+    view: View,
+    identifiers: Sequence[int] = (),
+    classes: Mapping[int, int] | None = None,
+) -> Resource:
     """A bus with its messages in this order, the most urgent first, as if they had such identifiers.
 
-    A `Resource`; `carried` are the messages by their connections.
+    A `Resource`; `carried` are the messages by their connections. With `classes`, their priorities, those of one class
+    go as they come.
     """
     frames = [_frames_ns(space, bus, number, view) for number in carried]
     last, sections = [one for one, _ in frames], [longest for _, longest in frames]
-    lines = _lines(space, carried, view)
+    if classes is None:
+        lines = _lines([transmit_queue(space, number, view) for number in carried])
+    else:
+        lines = _lines([str(classes[number]) for number in carried])
     longest_later: list[tuple[tuple[TaskKey, int], ...]] = [()]  # the message with the longest frame behind each place
     for position in reversed(range(len(carried))):
         before = longest_later[-1]
@@ -300,15 +315,15 @@ def in_order(space: Space, bus: int, carried: Sequence[int], view: View, identif
         blocked = blockers[0][1] if blockers else 0
         entries.append(Entry((number, "message"), position, rivals, blockers, blocked))
         hits.append(with_frame(faults, longest[end]))
-    bit = identifier_range(space, bus, view)[0]
+    kind: Arbitration = "priority" if classes is None else "classes"
+    bit = identifier_range(space, bus, view)[0] if classes is None else 0
     counted = tuple(item for item in hits if item is not None)
-    wire = Wire("priority", bit, tuple(last), ((),) * len(carried), tuple(identifiers), lines, counted)
+    wire = Wire(kind, bit, tuple(last), ((),) * len(carried), tuple(identifiers), lines, counted)
     return Resource(NO_PROCESSOR, bus, tuple(entries), wire=wire)
 
 
-def _lines(space: Space, carried: Sequence[int], view: View) -> tuple[tuple[int, ...], ...]:
-    """For each message the positions of those that its sender queues with it as they come; none where none does."""
-    queues = [transmit_queue(space, number, view) for number in carried]
+def _lines(queues: Sequence[str]) -> tuple[tuple[int, ...], ...]:
+    """For each message, by its queue, the positions of those in the same one; none where each is alone."""
     places: dict[str, list[int]] = {}
     for position, queue in enumerate(queues):
         if queue:

@@ -47,7 +47,7 @@ class MessageResponse:
     """
 
     WRITTEN = (
-        *("name", "identifier", "transmission_ns", "releases", "blocking_ns", "blocked_by", "interference"),
+        *("name", "identifier", "priority", "transmission_ns", "releases", "blocking_ns", "blocked_by", "interference"),
         *("earlier_ns", "faults", "faults_ns", "over_ns", "response_ns", "deadline_ns", "meets_deadline", "because"),
     )
 
@@ -66,6 +66,9 @@ class MessageResponse:
         tuple[str, ...], "Of one without a bound those because of which it has none; missing without.", Json(default=())
     ] = ()
     window: Window | None = None
+    priority: Annotated[
+        int | None, "Its priority where this decides, on Ethernet; missing elsewhere.", Json(default=None)
+    ] = None
 
     @property
     def interference(self) -> Annotated[tuple[Delay, ...], Json(kind=tuple[Precedence, ...])]:
@@ -178,4 +181,5 @@ def message_responses(space: Space, bus: int, view: View) -> Iterator[MessageRes
             stated_name(space, entry.blockers[0][0]) if entry.blockers else "",
             tuple(dict.fromkeys(stated_name(space, key) for key in because)),
             window,
+            at(connection.priority, view) if resource.wire.arbitration == "classes" else None,
         )

@@ -98,6 +98,7 @@ def _left_out_words(space: Space) -> str:
 
 KINDS = {
     "priority": "by identifier",
+    "classes": "by priority, equal ones as they come",
     "fifo": "as they come",
     "round_robin": "in turns, as a safe bound",
     "none": "each sender by itself",

@@ -13,12 +13,13 @@ from dse.report.page import Table, Timeline
 from dse.report.words.scheduling import busy_timeline, deadline_cells, in_ms, no_bound_words
 
 HEADINGS = (
-    "message", "identifier", "transmission", "queued", "response time", "deadline", "", "slack", "blocked", "waits for",
+    "message", "identifier", "priority", "transmission", "queued", "response time", "deadline", "", "slack", "blocked",
+    "waits for",
 )  # fmt: skip
-NUMBERS = (1, 2, 4, 5, 7)
+NUMBERS = (1, 2, 3, 5, 6, 8)
 LEAST = 2
 """The greatest number of rows of a table on a terminal."""
-DETAIL = 8
+DETAIL = 9
 """Columns from here on a terminal leaves out."""
 MOST_NAMED = 4
 
@@ -84,6 +85,7 @@ def _row(item: MessageResponse) -> tuple[str, ...]:
     return (
         item.name,
         "" if item.identifier is None else f"{item.identifier:#x}",
+        "" if item.priority is None else str(item.priority),
         in_ms(item.transmission_ns[1]),
         ", ".join(queued),
         *deadline_cells(item.response_ns, item.deadline_ns, item.meets_deadline),

@@ -101,6 +101,7 @@ def _bus(ledger: Ledger, spec: Spec, name: str, index: Mapping[str, int]) -> Bus
         sizes_bytes=type_choice(decision, [_sizes(model) for _, model in owner.types]),
         fault_interval_ns=read("fault_interval", "duration", format_duration, lambda model: model.fault_interval),
         fault_burst=read("fault_burst", "count", str, lambda model: model.fault_burst),
+        assignment=(given.assignment if given is not None else None) or "audsley",
     )
 
 

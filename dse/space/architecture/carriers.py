@@ -150,7 +150,7 @@ def read_carried(ledger: Ledger, spec: Spec, name: str) -> Tree:
 
 
 def with_frames(ledger: Ledger, buses: Sequence[Bus], wires: Sequence[Connection]) -> tuple[Connection, ...]:
-    """The connections, each with those that its message may carry, and with the identifier of what carries it.
+    """The connections, each with those that its message may carry, and with identifier and priority of what carries it.
 
     Reports frames that are longer than those of their bus whatever is chosen.
     """
@@ -163,11 +163,14 @@ def with_frames(ledger: Ledger, buses: Sequence[Bus], wires: Sequence[Connection
     for number, wire in enumerate(found):
         if wire.carried_in is not None:
 
-            def carried(head: int | None, own: Tree = wire.identifier) -> Tree:
-                return own if head is None else wires[head].identifier
+            def carried(field: str, head: int | None, own: Connection = wire) -> Tree:
+                tree: Tree = getattr(own if head is None else wires[head], field)
+                return tree
 
-            found[number] = replace(wire, identifier=graft(wire.carried_in, carried))
-            ledger.narrow(f"{wire.name}.identifier", partial(_where_alone, wire.carried_in))
+            for field in ("identifier", "priority"):
+                tree = graft(wire.carried_in, partial(carried, field))
+                found[number] = replace(found[number], **{field: tree})
+                ledger.narrow(f"{wire.name}.{field}", partial(_where_alone, wire.carried_in))
     return tuple(found)
 
 

@@ -151,6 +151,10 @@ Arbitration: TypeAlias = Annotated[Literal["priority", "fifo", "round_robin", "n
 """Which of the messages that wait for a bus goes next."""
 
 
+AssignmentRule: TypeAlias = Annotated[Literal["audsley", "deadline_monotonic", "robust"], Respelt()]
+"""Which of the messages with any identifier that may be the last on a bus is."""
+
+
 class BusType(Priced):
     """A bus or virtual bus; `overhead` is in bytes per message, `bandwidth` in bit/s.
 

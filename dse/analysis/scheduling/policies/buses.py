@@ -10,6 +10,8 @@
   (CAN) schedulability analysis: refuted, revisited and revised", Real-Time Systems 35, 2007). A message of several
   frames competes with each of them: until the last one begins what is more urgent goes first. Messages whose sender
   queues them as they come have a module of their own (`transmit_queues`), and so have faults of the wire (`faults`).
+* ``classes`` (Ethernet, IEEE 802.1Q): the same by priority, of which equal ones go as they come: a class is a line, as
+  those of senders that queue, whose messages all have one level. Nothing comes after a start.
 * ``fifo``: messages go in the order in which they come.
 * ``none``: each sender has a line of its own, on which its messages go as they come.
 * ``round_robin``: senders take turns, each with its oldest message: before each message of the own sender one of each
@@ -237,7 +239,7 @@ def window_of(
     before = tuple(item for item in rivals if item is not None)
     if task is None or len(before) < len(rivals):
         return None
-    if wire.arbitration == "priority":
+    if wire.arbitration in ("priority", "classes"):
         faults = wire.faults[position] if wire.faults else None
         return Arbitrated(task, before, entry.blocked_ns, wire.last_ns[position], wire.bit_ns, faults)
     turns = wire.turns[position]
