@@ -33,9 +33,7 @@ UNSEEN = {
     },
     "explanation": {
         *("Demand.kind", "Demand.text", "Demand.origin"),
-        *(
-            f"MessageResponse.{name}" for name in ("because", "blocked_by", "earlier_ns", "over_ns", "priority")
-        ),  # tests/buses
+        *(f"MessageResponse.{name}" for name in ("because", "blocked_by", "earlier_ns", "over_ns")),  # tests/buses
     },
     "sensitivity": {"SensitivityResult.left_out", "Uncertain.unbounded"},
     "analysis": {"Contention.decisions"},  # other cores are chosen for fronts of `dse solve` alone

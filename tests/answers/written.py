@@ -140,6 +140,17 @@ connections:
   m3: {from: d3, to: sink, port: data, bus: b, data_size: 8 B, identifier: 22, deadline: 2 ms}
 objectives: [minimise price]
 """
+LATE_ON_LINK = """
+dse: 1
+name: late on a link
+bus_types: {eth: {bandwidth: 10 Mbit/s, frame: {protocol: ethernet, vlan: true}, arbitration: priority, price: 1 EUR}}
+buses: {b: {type: eth}}
+devices: {sink: {}, d0: {period: 5 ms}, d1: {period: 20 ms}}
+connections:
+  m0: {from: d0, to: sink, port: data, bus: b, data_size: 100 B, priority: 1, deadline: 2 ms}
+  m1: {from: d1, to: sink, port: data, bus: b, data_size: 4 KB, priority: 1}
+objectives: [minimise price]
+"""
 CONTENDED = """
 dse: 1
 name: contended
@@ -204,6 +215,7 @@ PROBLEMS = {
     "later": LATER,
     "contended": CONTENDED,
     "late_message": LATE_MESSAGE,
+    "late_on_link": LATE_ON_LINK,
     "pump": PUMP,
     "node": NODE,
     "shared": SHARED,
@@ -243,6 +255,7 @@ COMMANDS = (
     "explain contended.yaml --all --json why_contended.json",
     "explain contended.yaml --json least.json",
     "explain late_message.yaml --json late_message.json",
+    "explain late_on_link.yaml --json late_on_link.json",
     "analyse osate.yaml --json osate.json",
     "analyse node.yaml --json node.json",
     "analyse missed.yaml --json missed.json",

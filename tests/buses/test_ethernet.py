@@ -11,6 +11,7 @@ import dse
 from dse.analysis.scheduling.model import NO_PROCESSOR, Entry, Resource, Wire
 from dse.analysis.scheduling.policies.buses import window_of
 from dse.report.words.contention import arbitration_words, bus_words
+from dse.report.words.messages import late_message_words
 from dse.space.architecture.frames import Frame, ethernet_frames_ns, last_frame_ns, wire_ns
 from dse.support.errors import ProblemError
 from tests.buses.test_policies import task_of
@@ -135,3 +136,30 @@ def test_mistakes(edit: tuple[str, str], message: str) -> None:
     assert edit[0] in LINK
     with pytest.raises(ProblemError, match=message):
         dse.loads(LINK.replace(*edit))
+
+
+@pytest.mark.parametrize(
+    ("deadline", "said"),
+    [
+        ("1 ms", "; in time with priority 5"),
+        ("0.12 ms", "; late with any priority while the others keep theirs"),
+    ],
+)
+def test_the_priority_that_would_do(deadline: str, said: str) -> None:
+    """Behind images of its priority steering is late; above them it waits for one frame, which is too long for some."""
+    text = LINK.replace("priority: 6, deadline: 1 ms", f"priority: 4, deadline: {deadline}").replace("[4, 3]", "4")
+    (late,) = dse.explain(dse.loads(text)).conflicts[0].members[0][1].late_messages
+    assert late_message_words(late).startswith("steer (priority 4) ends ")
+    assert late_message_words(late).endswith(said)
+
+
+def test_a_higher_priority_may_make_another_message_late() -> None:
+    text = LINK.replace("priority: 4}", "priority: 4, deadline: 2 ms}").replace("[4, 3]", "3, deadline: 11 ms")
+    text = text.replace("priority: 0}", "priority: 2, deadline: 1 ms}")
+    late = [
+        one
+        for part in dse.explain(dse.loads(text)).conflicts[0].members
+        for one in part[1].late_messages
+        if one.message.name == "logs"
+    ]
+    assert late_message_words(late[0]).endswith("; in time with priority 5, but then scan would be late")
