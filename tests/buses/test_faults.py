@@ -14,7 +14,7 @@ import dse
 from dse.analysis.scheduling.policies.buses import Arbitrated
 from dse.analysis.scheduling.policies.faults import ERROR_BITS, faults_of_wire, with_frame
 from dse.report.words.contention import arbitration_words
-from dse.report.words.messages import late_message_words
+from dse.report.words.messages import late_message_words, message_tables
 from dse.support.errors import ProblemError
 from tests.buses.test_messages import SYNC
 from tests.buses.test_policies import windows_of
@@ -100,6 +100,7 @@ def test_faults_in_any_window_follow_the_interval() -> None:
     slow = Message(0, 75, 1000)
     (window,) = (replace(item, faults=with_frame(faults, 75)) for item in windows_of([slow]))
     assert window.response_ns() is None  # 106 bits each 100: nothing is ever sent
+    assert round(float(window.used), 3) == 1.135
     (window,) = (replace(item, faults=with_frame(faults_of_wire(200, 1, 1), 75)) for item in windows_of([slow]))
     assert window.response_ns() == 75 + 106
     (window,) = (replace(item, faults=with_frame(faults_of_wire(150, 1, 1), 75)) for item in windows_of([slow]))
@@ -121,6 +122,12 @@ def test_the_interval_is_a_decision_and_is_varied() -> None:
     assert "bus_types.can_1m.fault_interval" in {item.path for item in margins}
     chosen = dse.loads(dse.export(result, 1))
     assert dse.analyse(chosen).messages["can0"][0].faults == 2
+
+
+def test_what_makes_a_message_unbounded_is_said() -> None:
+    found = dse.analyse(dse.loads(FAULTY.replace("10 ms", "0.1 ms")))
+    (table,) = message_tables(found.messages)
+    assert table.rows[1][-1] == "no bound, for it and what goes first, with faults, need 174.2 % of the bus"
 
 
 @pytest.mark.parametrize(

@@ -4,10 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
+from fractions import Fraction
 
 from dse.analysis.diagnosis.bus_timelines import worst_bus_period
 from dse.analysis.messages.late import LateMessage
 from dse.analysis.messages.waits import MessageResponse
+from dse.analysis.scheduling.policies.buses import Arbitrated
+from dse.analysis.scheduling.policies.transmit_queues import QueuedMessage
+from dse.answers.tables.display import readable
 from dse.report.amounts import listed
 from dse.report.page import Table, Timeline
 from dse.report.words.scheduling import busy_timeline, deadline_cells, in_ms, no_bound_words
@@ -98,6 +102,10 @@ def _waits_for(item: MessageResponse) -> str:
     """Which messages go first, the longest times first; of one without a bound those that are the cause."""
     if item.because:
         return no_bound_words(item.because)
+    if item.response_ns is None and isinstance(item.window, Arbitrated | QueuedMessage):
+        needed = readable(Fraction(item.window.used) * 10**6, "ppm", digits=1)
+        faults = ", with faults," if item.window.faults is not None else ""
+        return f"no bound, for it and what goes first{faults} need {needed} of the bus"
     first = sorted(item.interference, key=lambda one: -one.work_ns)
     waits = [f"{one.jobs} x {one.name} ({in_ms(one.work_ns)})" for one in first[:MOST_NAMED]]
     if len(first) > MOST_NAMED:
@@ -113,12 +121,13 @@ def _waits_for(item: MessageResponse) -> str:
 
 
 def late_message_words(late: LateMessage) -> str:
-    """The reason why a message is late: messages before it, and an identifier that would be early enough.
+    """The reason why a message is late: messages before it, and an identifier or priority that would be early enough.
 
     ``m3 (0x13) ends 0.7 ms late on b: 0.54 ms of its own, behind 2 x m0 (1.08 ms); in time right before m1, with 0x10``
     """
     item = late.message
     name = item.name if item.identifier is None else f"{item.name} ({item.identifier:#x})"
+    name = name if item.priority is None else f"{item.name} (priority {item.priority})"
     end = "has no bound" if late.late_ns is None else f"ends {in_ms(late.late_ns)} late"
     parts = [] if not item.blocking_ns else [f"{item.blocked_by} that has begun ({in_ms(item.blocking_ns)})"]
     waits = _waits_for(item)
@@ -128,10 +137,18 @@ def late_message_words(late: LateMessage) -> str:
 
 
 def _would_do(late: LateMessage) -> str:
+    if late.message.priority is not None:
+        if late.priority is None:
+            return "; late with any priority while the others keep theirs"
+        return f"; in time with priority {late.priority}{_but_late(late)}"
     if late.before is None:
         return "" if late.message.identifier is None else "; late with any identifier while the others keep theirs"
     free = "" if late.identifier is None else f", with {late.identifier:#x} for example"
+    return f"; in time right before {late.before}{free}{_but_late(late)}"
+
+
+def _but_late(late: LateMessage) -> str:
+    """What would be late then; "" where nothing would."""
     named = listed(late.makes_late[:MOST_NAMED])
     more = f" and {len(late.makes_late) - MOST_NAMED} more" if len(late.makes_late) > MOST_NAMED else ""
-    others = f", but then {named}{more} would be late" if late.makes_late else ""
-    return f"; in time right before {late.before}{free}{others}"
+    return f", but then {named}{more} would be late" if late.makes_late else ""

@@ -25,6 +25,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
+from fractions import Fraction
 from functools import lru_cache, partial
 from operator import is_
 
@@ -110,6 +111,14 @@ class Arbitrated:
         return release_ns <= start_ns if self._counts_starts else release_ns < start_ns + self.bit_ns
 
     @property
+    def used(self) -> float | Fraction:
+        """The share of the bus that it takes in the long run with all that goes before it, faults of the wire among it.
+
+        Without a bound where that is more than 1.
+        """
+        return load((self.task, *self.urgent, *self.of_wire))
+
+    @property
     def of_wire(self) -> tuple[Task, ...]:
         """The faults of the wire, as one task or none."""
         return () if self.faults is None else (self.faults,)
@@ -126,7 +135,7 @@ class Arbitrated:
         the busy period takes too many steps.
         """
         task, urgent, blocked = self.task, [item for item in self.urgent if item.worst_ns], self.blocked_ns
-        used = load((task, *urgent, *self.of_wire))
+        used = self.used
         if used > 1 or (
             used == 1 and (blocked or self.faults or not task.streams or any(map(is_late, (task, *urgent))))
         ):

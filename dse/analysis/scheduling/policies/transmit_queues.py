@@ -17,6 +17,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
+from fractions import Fraction
 from functools import lru_cache, partial
 from heapq import merge
 
@@ -84,6 +85,14 @@ class QueuedMessage:
         return before_job(self.task, jobs, self.blocked_ns, release, end, faults)
 
     @property
+    def used(self) -> float | Fraction:
+        """The share of the bus that its queue takes in the long run with all that goes before that, faults among it.
+
+        Without a bound where that is more than 1.
+        """
+        return load((self.task, *self.line, *self.urgent, *self._of_wire))
+
+    @property
     def _of_wire(self) -> tuple[Task, ...]:
         return () if self.faults is None else (self.faults,)
 
@@ -103,7 +112,7 @@ class QueuedMessage:
         """
         task, line = self.task, [item for item in self.line if item.worst_ns]
         urgent = [item for item in self.urgent if item.worst_ns]
-        used = load((task, *line, *urgent, *self._of_wire))
+        used = self.used
         late = self.blocked_ns or self.faults or not task.streams or any(map(is_late, (task, *line, *urgent)))
         if used > 1 or (used == 1 and late):
             return None
