@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from fractions import Fraction
+from pathlib import Path
 from random import Random
 
 import pytest
@@ -18,6 +19,7 @@ from tests.buses.test_policies import task_of
 from tests.helpers.arbitration import Message, draw_bus, drawn
 from tests.helpers.effort import cases
 
+DOCS = Path(__file__).parents[2] / "docs"
 LINK = """
 dse: 1
 name: a link
@@ -163,3 +165,20 @@ def test_a_higher_priority_may_make_another_message_late() -> None:
         if one.message.name == "logs"
     ]
     assert late_message_words(late[0]).endswith("; in time with priority 5, but then scan would be late")
+
+
+def test_two_links_in_a_row() -> None:
+    """What the first link leaves is jitter on the second one: all but the shortest time there, and in the switch."""
+    recipe = (DOCS / "recipes.md").read_text(encoding="utf-8").split("## Count the waiting on switched Ethernet")[1]
+    problem = dse.loads("dse: 1\nname: two links\n" + recipe.split("```yaml")[1].split("```")[0])
+    found = dse.analyse(problem, {"image.priority": "3"})
+    (steer, _), (steer_on, _) = found.messages["to_switch"], found.messages["from_switch"]
+    frame, longest = (64 + 28 + 42) * 80, (1000 + 28 + 42) * 80
+    assert steer.response_ns == frame + longest
+    assert steer_on.releases is not None
+    assert [item.jitter_ns for item in steer_on.releases] == [longest + 12 * 80 + 8000]  # a gap, and the switch
+    assert found.metrics["latency of steering"] == 2 * (frame + longest) + 12_000
+    assert not dse.simulate(problem, {"image.priority": "3"}, runs=4).contradictions
+    result = dse.solve(problem)
+    assert [point.decisions["image.priority"] for point in result.front] == ["3"]
+    assert not dse.verify(result).findings
