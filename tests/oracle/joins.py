@@ -235,7 +235,12 @@ class Joins:
             periods = {way[0][0] for way in known}
             late = max(way[0][1] for way in known)
             if len(periods) == 1:
-                return ((periods.pop(), late),)
+                (period,) = periods
+                for connection, way in arriving.items():
+                    room = self.room(name, connection)
+                    if way is not None and room is not None:
+                        late = min(late, way[0][1] + room * period)
+                return ((period, late),)
         held = [
             (sum(Fraction(1, period) for period, _ in way), way, room)
             for connection, way in arriving.items()

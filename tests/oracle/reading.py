@@ -758,7 +758,7 @@ class Reading:
     def input_ages(self, flow: str, name: str) -> tuple[Any, Any]:
         """How old at least and at most what a component reads by a flow is: nothing newer than that is there."""
         path = self.problem.paths[flow]
-        rows, _ = self._parts(path[: path.index(name) + 1])
+        rows, _ = self._parts(path[: path.index(name) + 1], reads_last=True)
         while rows[-1][1] not in ("sampling", "until a dispatch"):
             rows.pop()  # what follows when it has read
         least, most = sum(row[2] for row in rows), sum(row[3] for row in rows)
@@ -775,12 +775,13 @@ class Reading:
         pairs = permutations(ages, 2)
         return max(one[1] - other[0] for one, other in pairs)
 
-    def _parts(self, path: Sequence[str]) -> tuple[list[Row], Any]:
+    def _parts(self, path: Sequence[str], *, reads_last: bool = False) -> tuple[list[Row], Any]:
+        """The rows of a path and the jitter of one run; where it only `reads_last` that one is in no row of threads."""
+        in_rows = self._in_rows(path[:-1] if reads_last else path)
         rows: list[Row] = []
         since: list[Row] = []
         arrival, timer, first = None, None, True
         run: Any = 0
-        row: list[str] = []
         for name in path:
             if self.problem.section_of[name] == "connections":
                 found = [*self.connection_rows(name)]
@@ -788,10 +789,11 @@ class Reading:
             else:
                 way = tuple(path[: path.index(name)])
                 found = [*self.component_rows(name, arrival, first, way if arrival and self.joins.joins(name) else ())]
-                is_next = arrival is not None and self.follows(row, name, arrival)
-                row = [*row, name] if is_next and not self._comes_to_a_join(path, name) else [name]
+                row = in_rows.get(name, [name])
                 if len(row) > 1:
-                    found = [self._with_less(each, row, path[: path.index(row[0]) + 1]) for each in found]
+                    since_first = path[: path.index(row[0]) + 1]
+                    at = max(place for place, each in enumerate(found) if each[1] != "own job")  # behind its callback
+                    found[at] = self._in_row(found[at], row, row.index(name), since_first)
                 first = False
             at = next((place for place, row in enumerate(found) if "sampling" in row[1]), None)
             if at is not None and timer is not None:
@@ -818,15 +820,48 @@ class Reading:
             return False
         return self.triggers(name) == [arrival] and self.scheduling.chains.chain(name)[-2:-1] == [row[-1]]
 
-    def _with_less(self, row: Row, part: Sequence[str], since: Sequence[str]) -> Row:
-        """The row of what a component takes: how much longer its chain takes with it."""
-        if row[1] not in ("processing time", "specified"):
+    def _in_rows(self, path: Sequence[str]) -> dict[str, list[str]]:
+        """For each component of a path those in a row that release each other, itself among them."""
+        rows: list[list[str]] = [[]]
+        arrival = None
+        for name in path:
+            if self.problem.section_of[name] == "connections":
+                arrival = name
+                continue
+            is_next = arrival is not None and self.follows(rows[-1], name, arrival)
+            if is_next and not self._comes_to_a_join(path, name):
+                rows[-1].append(name)
+            else:
+                rows.append([name])
+        return {name: row for row in rows for name in row}
+
+    def _in_row(self, row: Row, names: Sequence[str], place: int, since: Sequence[str]) -> Row:
+        """The row of what a component takes: how much longer those in a row with it take up to its end.
+
+        It ends no later than any that follows, less what comes between: ways, and all that these execute.
+        """
+        if row[1] not in ("processing time", "specified") or self.get(names[place], "response_time") is not None:
             return row
-        before, now = (self.chain_bound(each, since) for each in (part[:-1], part))
-        if max(before, now) >= NO_BOUND_NS or self.get(part[-1], "response_time") is not None:
+        before, now = (self._ends(names, at, since) for at in (place, place + 1))
+        if max(before, now) >= NO_BOUND_NS:
             return row
-        longer = now - before - self.scheduling.chains.way(part[-1])
-        return (row[0], row[1], row[2], max(longer, Fraction(self.scheduling.times((part[-1], "timer"))[1])))
+        way = self.scheduling.chains.way(names[place]) if place else 0
+        return (row[0], row[1], row[2], now - before - way)
+
+    def _ends(self, names: Sequence[str], count: int, since: Sequence[str]) -> Any:
+        """When the first so many in a row are over at the latest, from the release of the first on; 0 of none."""
+        if not count:
+            return Fraction(0)
+        ends: list[Any] = []
+        behind = Fraction(0)
+        for length in range(count, len(names) + 1):
+            if length > count:
+                last = names[length - 1]
+                behind += Fraction(self.scheduling.times((last, "timer"))[1]) + self.scheduling.chains.way(last)
+            end = self.chain_bound(names[:length], since)
+            if end < NO_BOUND_NS:
+                ends.append(end - behind)
+        return min(ends, default=NO_BOUND_NS)
 
     def chain_bound(self, part: Sequence[str], since: Sequence[str]) -> Any:
         """The longest that components in a row take that release each other, in a flow that has led by some `since`."""

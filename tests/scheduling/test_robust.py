@@ -6,14 +6,18 @@ import random
 from collections.abc import Iterator
 from fractions import Fraction
 from itertools import count, product
-from math import prod
+from math import ceil, prod
 from pathlib import Path
+from typing import Any
 
 import pytest
+import yaml
 
 import dse
 from dse.analysis.evaluate import Evaluator
+from dse.analysis.scheduling.responses import UNBOUNDED_NS
 from dse.analysis.validity import canonical
+from dse.analysis.views import View
 from dse.encode.scheduling import waiting_forms
 from dse.questions.problem import load
 from dse.questions.robust.corner_demands import RobustQuestion
@@ -25,6 +29,7 @@ from dse.search.front import search_front
 from tests.helpers.effort import cases
 from tests.helpers.support import counted_down, dominates
 from tests.helpers.thread_systems import KINDS, draw, text_of
+from tests.properties import chained
 
 OBJECTIVES = (
     ("minimise price", "minimise latency of f"),
@@ -131,3 +136,81 @@ def test_what_has_no_bound_as_stated_and_one_elsewhere_is_judged() -> None:
     found = solve_robust(problem)
     assert {tuple(point.objectives.values()) for point in found.robust.front} == expected(problem) != set()
     assert dse.verify(found, problem=problem).status == "verified"
+
+
+def chain_question(seed: int) -> tuple[dict[str, Any], str] | None:
+    """A drawn problem of threads that release each other, two of which vary, with a figure of one flow; or None."""
+    rng = random.Random(f"robust chains {seed}")
+    document = yaml.safe_load(chained.draw(seed))
+    del document["metrics"]
+    executing = [name for name, body in document["threads"].items() if "compute_execution_time" in body]
+    if len(executing) < 2:
+        return None
+    flow, varied = rng.choice(list(document["flows"])), rng.sample(executing, 2)
+    document["flows"] = {flow: document["flows"][flow]}
+    document["uncertainty"] = {
+        f"threads.{name}.compute_execution_time": {"factor": rng.choice(FACTORS)} for name in varied
+    }
+    figure = f"{rng.choice(('latency', 'jitter'))} of '{flow}'"
+    document["objectives"] = [f"minimise {figure}"]
+    return document, figure
+
+
+def robust_status(document: dict[str, Any], requirement: str) -> str:
+    """``complete``, ``infeasible``, or ``refused`` where no proof over the ranges is had."""
+    try:
+        return solve_robust(dse.loads(yaml.safe_dump({**document, "requirements": [requirement]}))).robust.status
+    except dse.UsageError as error:
+        assert any(words in str(error) for words in ("rise and fall", "moves in steps", "more comparisons than"))
+        return "refused"
+
+
+@pytest.mark.parametrize("seed", cases(40, 1_000))
+def test_a_figure_of_a_chain_is_proved_at_its_greatest(seed: int) -> None:
+    """The greatest figure over all corners and some places inside is a limit that holds, and 1 ns less is none."""
+    drawn_question = chain_question(seed)
+    if drawn_question is None:
+        return
+    document, figure = drawn_question
+    problem = dse.loads(yaml.safe_dump(document))
+    if any(len(item.options) > 1 for item in problem.space.decisions):
+        return
+    inputs = InputSpace(problem)
+    box = Box(read_uncertainties(problem, inputs))
+    design = tuple(0 for _ in problem.space.decisions)
+    spaces = map(inputs.at, places(inputs, box))
+    greatest = max(Evaluator(space).objectives[0].value(View(design)) for space in spaces)
+    if greatest >= UNBOUNDED_NS / 2:
+        return
+    assert robust_status(document, f"{figure} <= {ceil(greatest)} ns") in ("complete", "refused")
+    assert robust_status(document, f"{figure} <= {ceil(greatest) - 1} ns") in ("infeasible", "refused")
+
+
+CHAIN = """
+dse: 1
+name: robust chain
+processor_types: {slow: {cores: 1, price: 10 EUR}, fast: {cores: 1, price: 30 EUR}}
+processors: {cpu: {type: [slow, fast]}}
+threads:
+  tick: {processor: cpu, period: 10 ms, compute_execution_time: {slow: 1 ms .. 2 ms, fast: 500 us .. 1 ms}}
+  a: {processor: cpu, period: 20 ms, compute_execution_time: {slow: 1 ms, fast: 500 us}}
+  b: {processor: cpu, dispatch_protocol: aperiodic, compute_execution_time: {slow: 2 ms, fast: 1 ms}}
+  c: {processor: cpu, dispatch_protocol: aperiodic, compute_execution_time: {slow: 1 ms .. 2 ms, fast: 1 ms}}
+connections: {ab: {from: a, to: b, latency: 100 us .. 200 us}, bc: {from: b, to: c}}
+flows: {f: {path: [a, ab, b, bc, c]}}
+objectives: [minimise jitter of f, minimise price]
+uncertainty:
+  threads.tick.compute_execution_time: {factor: 0.8 .. 1.2}
+  threads.b.compute_execution_time: {factor: 0.8 .. 1.2}
+"""
+
+
+def test_threads_that_release_each_other_vary() -> None:
+    """On the slow computer 1 + 2.4 + 2 ms of their own, 2.4 ms of the timer and 0.2 ms on the way: 8 ms."""
+    fronts = []
+    for most in ("8 ms", "7.999 ms"):
+        problem = dse.loads(f"{CHAIN}requirements: ['latency of f <= {most}']")
+        result = solve_robust(problem)
+        assert dse.verify(result, problem=problem).status == "verified"
+        fronts.append({point.decisions["cpu.type"] for point in result.robust.front})
+    assert fronts == [{"slow", "fast"}, {"fast"}]

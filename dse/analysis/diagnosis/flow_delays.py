@@ -109,12 +109,9 @@ def _parts(teller: Teller, verdict: Verdict) -> list[FlowChain]:
     placed = {number for number, _ in _threads(teller, verdict)}
     parts: list[FlowChain] = []
     for flow in (flow for flow in space.flows if flow.name in flows):
-        chain: FlowChain | None = None
-        for step in (step for step in flow.steps if step.kind == "component" and step.index in placed):
-            if chain is not None and not step.chain:
-                parts += least_cut(space, chain, teller.view)
-            chain = chain_of(step)
-        parts += [] if chain is None else least_cut(space, chain, teller.view)
+        steps = [step for step in flow.steps if step.kind == "component" and step.index in placed]
+        for chain in dict.fromkeys(map(chain_of, steps)):
+            parts += least_cut(space, chain, teller.view)
     return list(dict.fromkeys(parts))
 
 

@@ -22,7 +22,6 @@ from dse.analysis.latency.skipping import own_job_row
 from dse.analysis.latency.stored_inputs import stored_row
 from dse.analysis.osate.latency import FlowPosition, place_rows, places_of
 from dse.analysis.rates import is_event_triggered, is_joined, is_periodic, may_poll, polls
-from dse.analysis.scheduling.chained import chain_of
 from dse.analysis.terms import picked
 from dse.analysis.views import View
 from dse.space.architecture.clocks import AT_RELEASE
@@ -242,8 +241,7 @@ def _queuing_row(space: Space, step: Step, component: Component, view: View) -> 
 
 def _job_rows(space: Space, step: Step, component: Component, view: View) -> list[Row]:
     """The rows of a component's own time, from its release on; waits of later timers on its clock count them, too."""
-    chain = chain_of(step) if step.chain or step.has_source else None
-    return [processing_row(space, component, view, chain)]
+    return [processing_row(space, component, view, step if step.chain else None)]
 
 
 def job_range_ns(space: Space, step: Step, view: View) -> tuple[Exact, Exact]:

@@ -104,19 +104,14 @@ def chains_apart(space: Space, flow: Flow, kind: str) -> dict[int, FlowChain | N
     apart: dict[int, FlowChain | None] = {}
     if not counts_responses(space) or kind == "min latency" or space.profile != "dse":
         return apart
-    places = [number for number, step in enumerate(flow.steps) if step.kind == "component"]
-    chains: list[list[int]] = []
-    for place in places:
-        step = flow.steps[place]
-        if step.chain and not step.only_reads:
-            chains[-1].append(place)
-        else:
-            chains.append([place])
-    for members in chains:
-        steps = [flow.steps[place] for place in members]
-        if (len(members) > 1 or steps[0].has_source) and all(waits_apart(space, step, kind) for step in steps):
+    chains: dict[tuple[int, ...], list[int]] = {}
+    for place, step in enumerate(flow.steps):
+        if step.chain:
+            chains.setdefault(step.chain, []).append(place)
+    for members in chains.values():
+        if all(waits_apart(space, flow.steps[place], kind) for place in members):
             apart |= dict.fromkeys(members)
-            apart[members[-1]] = chain_of(steps[-1])
+            apart[members[-1]] = chain_of(flow.steps[members[-1]])
     return apart
 
 
@@ -129,5 +124,5 @@ def waits_apart(space: Space, step: Step, kind: str) -> bool:
 
 def waited_ns(space: Space, step: Step, view: View) -> Fraction:
     """The time that the job of a thread of a flow waits for others, behind those before it in its chain, in ns."""
-    longest = longer_by_ns(space, chain_of(step), view)
+    longest = longer_by_ns(space, step, view)
     return ZERO + longest - longest_alone_ns(space, step.index, "thread", view)

@@ -69,7 +69,10 @@ def flow_terms(space: Space, flow: Flow, kind: str) -> Iterator[Term]:
 def up_to(flow: Flow, number: int) -> Flow:
     """A flow until a component reads what came to it."""
     place = next(at for at, step in enumerate(flow.steps) if (step.kind, step.index) == ("component", number))
-    return replace(flow, steps=(*flow.steps[:place], replace(flow.steps[place], only_reads=True)))
+    chain = flow.steps[place].chain
+    before = chain[: chain.index(number)] if chain else ()
+    steps = [replace(step, chain=before) if chain and step.chain == chain else step for step in flow.steps[:place]]
+    return replace(flow, steps=(*steps, replace(flow.steps[place], only_reads=True, chain=(), has_source=False)))
 
 
 def input_terms(space: Space, flow: Flow, kind: str) -> Iterator[Term]:
@@ -214,7 +217,7 @@ def _element_term(space: Space, flow: Flow, number: int, kind: str, *, is_apart:
         return least - period, most + 2 * period
 
     counts = responds and kind != "min latency" and not step.only_reads and counts_waiting(space, step.index)
-    is_chained = (bool(step.chain) or step.has_source) and not step.only_reads
+    is_chained = bool(step.chain)
     counts = counts and not is_chained and not is_apart
     only_waits = counts and not may_move(space, step, kind) and counts_waiting_once(space, step)
     where = waits_where(space, step.index) if only_waits else None

@@ -7,8 +7,8 @@ from dse.analysis.latency.sampling import LET, LET_METHOD
 from dse.analysis.rates import is_periodic, kept_jobs, may_poll
 from dse.analysis.scheduling.priorities import deadline_ns
 from dse.analysis.scheduling.tasks import elapsed_ns
-from dse.analysis.terms import FlowChain
 from dse.analysis.views import View
+from dse.space.model.flows import Step
 from dse.space.model.space import Component, Space
 from dse.space.model.trees import at
 from dse.support.units import Exact
@@ -22,18 +22,18 @@ def is_logical(space: Space, component: Component, view: View) -> bool:
     return space.profile == "dse" and at(component.communication, view) == LET
 
 
-def processing_row(space: Space, component: Component, view: View, chain: FlowChain | None = None) -> Row:
+def processing_row(space: Space, component: Component, view: View, chained: Step | None = None) -> Row:
     """The shortest and longest time from the release of a component's job until its data leave, in ns, as a row.
 
-    Of the last thread of a `chain` of its flow it is what that adds to the longest time of those before it. The methods
-    say which figure was used: deadline, response time, processing time or specified.
+    Of a `chained` step of a flow it is what the thread adds to the longest time of those before it in its chain. The
+    methods say which figure was used: deadline, response time, processing time or specified.
     """
     if is_logical(space, component, view):
         logical = deadline_ns(component, view)
         assert logical is not None, component.name
         return Row(component.category, component.name, logical, LET_METHOD, logical, LET_METHOD)
     best, best_method = best_ns(space, component, view)
-    worst, worst_method = worst_ns(space, component, view, chain)
+    worst, worst_method = worst_ns(space, component, view, chained)
     return Row(component.category, component.name, best, best_method, worst, worst_method)
 
 
@@ -47,10 +47,10 @@ def best_ns(space: Space, component: Component, view: View) -> tuple[Exact, str]
     return first_given(space, [(times and times[0], method) for times, method in ranges])
 
 
-def worst_ns(space: Space, component: Component, view: View, chain: FlowChain | None = None) -> tuple[Exact, str]:
+def worst_ns(space: Space, component: Component, view: View, chained: Step | None = None) -> tuple[Exact, str]:
     """Worst processing: the response time, stated or computed, the execution time, specified (section 3.2).
 
-    Of the last thread of a `chain` it is how much longer the chain takes with it (section 4.9).
+    Of a `chained` step of a flow it is how much longer its chain takes with the thread (section 4.9).
 
     A time in ns and its method; with segments the last piece has what earlier ones have not used.
     """
@@ -60,7 +60,7 @@ def worst_ns(space: Space, component: Component, view: View, chain: FlowChain | 
     response, execution, latency = ((times and times[1], method) for times, method in zip(ranges, methods, strict=True))
     waits = component.pieces is None or component.name == component.pieces.thread  # all of it at the last piece
     if waits and is_computed(space, component, view) and response[0] is None and execution[0] is not None:
-        response = computed_ns(space, component, execution, view, chain)
+        response = computed_ns(space, component, execution, view, chained)
         if component.pieces is not None:
             own = execution[0]
             before = elapsed_ns(space, component.pieces.members[-1], view)[1] - own

@@ -9,7 +9,6 @@ from typing import Annotated
 from dse.analysis.scheduling.chained import longer_by_ns
 from dse.analysis.scheduling.responses import UNBOUNDED_NS, bounded_response_ns
 from dse.analysis.scheduling.tasks import Part
-from dse.analysis.terms import FlowChain
 from dse.analysis.views import View
 from dse.space.model.flows import Step
 from dse.space.model.space import Component, Space
@@ -84,15 +83,15 @@ def scheduled_ns(space: Space, component: Component, part: Part, view: View) -> 
 
 
 def computed_ns(
-    space: Space, component: Component, execution: tuple[Exact | None, str], view: View, chain: FlowChain | None = None
+    space: Space, component: Component, execution: tuple[Exact | None, str], view: View, chained: Step | None = None
 ) -> tuple[Exact, str]:
     """The computed response time of a thread; no less than the execution time that it has in one flow alone.
 
-    A time in ns and its method; a flow may state a longer execution time of its own for the thread. Of the last thread
-    of a `chain` it is how much longer the chain takes with it.
+    A time in ns and its method; a flow may state a longer execution time of its own for the thread. Of a `chained` step
+    of a flow it is how much longer its chain takes with the thread.
     """
-    if chain is not None:
-        time_ns = longer_by_ns(space, chain, view), "response time"
+    if chained is not None:
+        time_ns = longer_by_ns(space, chained, view), "response time"
         time_ns = time_ns if time_ns[0] < UNBOUNDED_NS else (time_ns[0], UNBOUNDED_METHOD)
     else:
         time_ns = scheduled_ns(space, component, "thread", view)

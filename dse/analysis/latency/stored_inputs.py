@@ -143,21 +143,27 @@ def _as_bound(distance: Distance) -> Exact:
 
 
 def _distances(space: Space, number: int, view: View) -> dict[int, Distance]:
-    """The distance of the dispatches of a component and of each that dispatches it, also by way of others."""
+    """The distance of the dispatches of a component and of each that dispatches it, also by way of others.
+
+    In a cycle, which only a stated rate may break, nothing is known of a component until others bound it.
+    """
     distances: dict[int, Distance] = {}
-    todo, begun = [number], set[int]()
+    todo, begun, in_cycles = [number], set[int](), False
     while todo:
         top = todo[-1]
         missing = [item for item in _before(space, top, view) if item not in distances] if top not in distances else []
-        if not missing:
-            if top not in distances:
-                distances[top] = _dispatches(space, top, distances, view)
+        if top in distances:
             todo.pop()
-        elif top in begun:  # a cycle, which only a stated rate may break
-            distances[top] = Distance(0, None)
+        elif not missing or all(item in begun for item in missing):
+            in_cycles |= bool(missing)
+            distances[top] = _dispatches(space, top, distances, view)
+            todo.pop()
         else:
             begun.add(top)
-            todo += missing
+            todo += [item for item in missing if item not in begun]
+    for _ in distances if in_cycles else ():
+        for item in distances:
+            distances[item] = _dispatches(space, item, distances, view)
     return distances
 
 

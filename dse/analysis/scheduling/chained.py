@@ -31,16 +31,18 @@ _ENDS: Recall[tuple[Exact | None, ...]] = Recall()
 
 
 def chain_of(step: Step) -> FlowChain:
-    """The thread of a step of a flow, behind those that may be one chain with it."""
-    return FlowChain((*step.chain, step.index), step.has_source)
+    """The threads that may be one chain with that of a step of a flow, itself among them; itself alone without."""
+    return FlowChain(step.chain or (step.index,), step.has_source)
 
 
-def longer_by_ns(space: Space, chain: FlowChain, view: View) -> Exact:
-    """How much longer a chain takes with its last thread than without it, in ns; `UNBOUNDED_NS` without a bound.
+def longer_by_ns(space: Space, step: Step, view: View) -> Exact:
+    """How much longer the chain of a step of a flow takes with its thread than up to the one before, in ns.
 
-    Where the last one is not chained to the one before in the design it is its response time, or its lag.
+    Where the thread is not chained to others in the design it is its response time, or its lag; `UNBOUNDED_NS` without
+    a bound.
     """
-    return _longer_ns(space, chain, view)[-1]
+    chain = chain_of(step)
+    return _longer_ns(space, chain, view)[chain.threads.index(step.index)]
 
 
 def chain_wait_ns(space: Space, chain: FlowChain, view: View) -> Exact:
@@ -49,18 +51,26 @@ def chain_wait_ns(space: Space, chain: FlowChain, view: View) -> Exact:
     In ns; `UNBOUNDED_NS` and more without a bound.
     """
     alone = (longest_alone_ns(space, number, "thread", view) for number in chain.threads)
-    return sum(_longer_ns(space, chain, view)) - sum(alone)
+    whole = _ends_ns(space, chain, view)[-1]
+    return (whole if whole < UNBOUNDED_NS else sum(_longer_ns(space, chain, view))) - sum(alone)
 
 
 def _longer_ns(space: Space, chain: FlowChain, view: View) -> list[Exact]:
-    """For each thread of a chain how much longer the chain takes with it than up to the one before, in ns."""
-    ends, found = _ends_ns(space, chain, view), list[Exact]()
-    for number, (before, whole) in zip(chain.threads, pairwise(ends), strict=True):
-        if before >= UNBOUNDED_NS or whole >= UNBOUNDED_NS:
-            found.append(bounded_response_ns(space, number, "thread", view))
-        else:
-            found.append(picked("max", whole - before, longest_alone_ns(space, number, "thread", view)))
-    return found
+    """For each thread of a chain how much longer the chain takes with it than up to the one before, in ns.
+
+    All of them together are the bound of the chain. A thread ends no later than one behind it, less the longest times
+    of the threads from there on. Of threads behind the last bound of the chain it is the response time.
+    """
+    ends = _ends_ns(space, chain, view)
+    latest = [ends[-1]]
+    for number, end in zip(reversed(chain.threads), reversed(ends[:-1]), strict=True):
+        if latest[0] < UNBOUNDED_NS:
+            end = picked("min", end, latest[0] - longest_alone_ns(space, number, "thread", view))
+        latest.insert(0, end)
+    return [
+        after - before if after < UNBOUNDED_NS else bounded_response_ns(space, number, "thread", view)
+        for number, (before, after) in zip(chain.threads, pairwise(latest), strict=True)
+    ]
 
 
 def least_cut(space: Space, chain: FlowChain, view: View) -> list[FlowChain]:

@@ -192,13 +192,17 @@ def joined(ways: Sequence[Streams], rooms: Sequence[int | None]) -> Streams:
 
     >>> joined([(Stream(100, 20),), (Stream(100, 80),)], [None, None])
     (Stream(period_ns=100, jitter_ns=80),)
+    >>> joined([(Stream(100, 20),), (Stream(100, 280),)], [1, 1])
+    (Stream(period_ns=100, jitter_ns=120),)
     >>> joined([(Stream(10, 0),), (Stream(100, 5),)], [1, 1])
     (Stream(period_ns=100, jitter_ns=105),)
     """
     known = [way for way in ways if way is not None]
     single = [way[0] for way in known if len(way) == 1]
     if len(single) == len(ways) and all(item.period_ns == single[0].period_ns for item in single):
-        return (Stream(single[0].period_ns, _longest(item.jitter_ns for item in single)),)
+        latest = _longest(item.jitter_ns for item in single)
+        held_back = (one.jitter_ns + room * one.period_ns for one, room in zip(single, rooms, strict=True) if room)
+        return (Stream(single[0].period_ns, reduce(min, held_back, latest)),)
     held = [(way, room) for way, room in zip(ways, rooms, strict=True) if way and room is not None]
     if held:
         (first, *others), room = min(held, key=lambda item: sum(Fraction(1) / one.period_ns for one in item[0]))

@@ -25,6 +25,7 @@ from dse.analysis.messages.stages import counted_buses
 from dse.analysis.scheduling.fixed_point import solve
 from dse.analysis.scheduling.model import EndKey
 from dse.analysis.scheduling.order import Schedule, Turn
+from dse.analysis.scheduling.policies.coupled import before_on_core, is_soon
 from dse.analysis.scheduling.resolve import resolve
 from dse.analysis.scheduling.responses import UNBOUNDED_NS, all_responses, counted_ns
 from dse.analysis.scheduling.tasks import TaskKey, alone_ns, elapsed_ns
@@ -52,6 +53,7 @@ from dse.questions.sensitivity.traced_numbers import (
     Traced,
     watching,
 )
+from dse.space.architecture.chains import follows
 from dse.space.model.space import Design, Space
 from dse.support.units import is_unbounded
 
@@ -136,6 +138,7 @@ def _counted(response_ns: Any) -> Fraction:
 class Motion:
     """The dependence of a design's response times on the uncertain inputs."""
 
+    space: Space
     least: Corner
     most: Corner
     """The corners where every response time is shortest, and longest."""
@@ -147,19 +150,19 @@ class Motion:
     def response(self, key: EndKey, ends: Interval) -> Further:
         """The response time of a task as a variable, from its ends: it moves at least as its execution time does.
 
-        That of a chain moves at least as the execution time of its last thread does.
+        The bound of a chain's window moves at least as the execution times of all its threads together.
 
         `ends` are the shortest and longest response time in ns. The slope in an input has a known sign, and at least
         the slope of the execution time; its other end is infinite.
         """
-        task: TaskKey = (key[0], "thread" if isinstance(key[1], int) else key[1])
+        tasks = _tasks_of(self.space, key)
         slopes = tuple(
             ZERO
             if ends[0] == ends[1] or not sign
-            else (max(Fraction(0), own[0]), INFINITE)
+            else (max(Fraction(0), sum(slope[0] for slope in own)), INFINITE)
             if sign > 0
-            else (-INFINITE, min(Fraction(0), own[1]))
-            for sign, own in zip(self.signs, self.own[task], strict=True)
+            else (-INFINITE, min(Fraction(0), sum(slope[1] for slope in own)))
+            for sign, *own in zip(self.signs, *(self.own[task] for task in tasks), strict=True)
         )
         return Further(ends, slopes)
 
@@ -183,6 +186,10 @@ def motion_of(inputs: InputSpace, design: Design, box: Box) -> Motion | None:
         schedule = Schedule(space, view)
         turns = [turn for *_, core in schedule.all_cores() for turn in core]
         times = list(_times(space, turns, view))
+        stages = resolve(space, view).stages
+        for stage in stages.values():  # of which a shortest time decides how often it comes
+            if (before := before_on_core(stages, stage)) is not None:
+                is_soon(stage, before)
     program = Program([Fraction(0) + item for pair in times for item in pair], guards)
     if undecided_over(program, ranges):
         return None
@@ -195,7 +202,19 @@ def motion_of(inputs: InputSpace, design: Design, box: Box) -> Motion | None:
     signs = tuple(_sign(program, one, item.path) for one, item in zip(slopes, box.uncertain, strict=True))
     own = {turn.key: tuple(one[program.outputs[2 * number]] for one in slopes) for number, turn in enumerate(turns)}
     ends = (tuple(int(sign * way > 0) for sign in signs) for way in (-1, 1))
-    return Motion(next(ends), next(ends), signs, own)
+    return Motion(space, next(ends), next(ends), signs, own)
+
+
+def _tasks_of(space: Space, key: EndKey) -> list[TaskKey]:
+    """The tasks that an end is of: one, or the threads of a chain, the last of them first."""
+    if isinstance(key[1], str):
+        return [(key[0], key[1])]
+    numbers = [key[0]]
+    while numbers[-1] != key[1]:
+        before = follows(space.components, space.connections, numbers[-1])
+        assert before is not None, key
+        numbers.append(before)
+    return [(number, "thread") for number in numbers]
 
 
 def _times(space: Space, turns: list[Turn], view: View) -> Iterator[tuple[Any, Any]]:

@@ -220,7 +220,7 @@ def _latency(analysis: Analysis) -> Iterator[Block]:
         yield flow_table(flow)
         yield from listing([f"{item.severity}: {item.text}" for item in flow.findings], "OSATE", 0)
     steps = [step for flow in analysis.space.flows for step in flow.steps]
-    chained = counts_responses(analysis.space) and any(step.chain or step.has_source for step in steps)
+    chained = counts_responses(analysis.space) and any(step.chain for step in steps)
     yield from texts(REDUCED, *([CHAINED] if chained else []), GAPS[0], scale_words(analysis.space))
 
 

@@ -139,30 +139,44 @@ def before_in_chain(space: Space, number: int) -> list[int]:
 def with_chains(
     components: Sequence[Component], connections: Sequence[Connection], steps: Sequence[Step]
 ) -> tuple[Step, ...]:
-    """The steps of a flow, each thread with those before it in the flow that may be one chain with it.
+    """The steps of a flow, each thread with those in a row of the flow that may be one chain with it.
 
-    With them is told whether the flow comes to it from its source. A thread of which the flow states figures of its own
-    is in no chain. Nor is what comes before a thread that may join all its triggers, which waits for the other ones as
-    long as response times, added up, differ.
+    With them is told whether the flow comes to them from their source. A thread of which the flow states figures of its
+    own is in no chain. Nor is what comes before a thread that may join all its triggers, which waits for the other ones
+    as long as response times, added up, differ. One alone is a chain where another component may release it and the
+    flow comes from its source.
     """
-    found: list[Step] = []
-    chain: tuple[int, ...] = ()
+    rows: list[list[int]] = []  # places of the steps of each chain
+    sources: list[bool] = []
     previous, has_source = None, False
     last_join = max((place for place, step in enumerate(steps) if step.before), default=-1)
     for place, step in enumerate(steps):
         if step.kind == "connection":
-            found.append(step)
             continue
-        if step.figures is not None or step.index in chain or place < last_join:
-            chain, has_source = (), False
-            found.append(step)
+        row = rows[-1] if rows else []
+        if step.figures is not None or place < last_join or any(steps[item].index == step.index for item in row):
+            rows.append([])
+            sources.append(False)
+            has_source = False
             continue
         before = follows(components, connections, step.index)
         is_released = before is not None and before == previous and step.via == components[step.index].triggers[0]
         has_source = before is None or (is_released and has_source)
-        is_next = bool(chain) and is_released and chained_to(components, connections, step.index) is not None
-        chain = chain if is_next else ()
-        may_lag = has_source and before is not None and _may_be_chained(components[step.index])
-        found.append(replace(step, chain=chain, has_source=may_lag))
-        chain, previous = (*chain, step.index), step.index
+        if row and is_released and chained_to(components, connections, step.index) is not None:
+            row.append(place)
+        else:
+            rows.append([place])
+            sources.append(has_source)
+        previous = step.index
+    found = list(steps)
+    for row, from_source in zip(rows, sources, strict=True):
+        threads = tuple(steps[place].index for place in row)
+        if len(row) > 1 or (from_source and row and _may_lag(components, connections, threads[0])):
+            for place in row:
+                found[place] = replace(steps[place], chain=threads, has_source=from_source)
     return tuple(found)
+
+
+def _may_lag(components: Sequence[Component], connections: Sequence[Connection], number: int) -> bool:
+    """Whether a thread alone may end sooner after its source's latest release than after its own."""
+    return follows(components, connections, number) is not None and _may_be_chained(components[number])

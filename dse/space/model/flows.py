@@ -26,9 +26,10 @@ class Step:
 
     Where a problem speaks of clocks `since` are the elements before it, which may share its clock; of a component that
     may join all its triggers `before` are the elements before it. One that `only_reads` counts until it reads: what it
-    does with that does not. `chain` are the threads before it in the flow that may be one chain with it on a core, the
-    first of them first. It `has_source` where another component may release it and the flow comes to it through all
-    that may, from a source of its own on. `unlinked` is an element of a flow that is part of another one: there OSATE
+    does with that does not. `chain` are the threads in a row of the flow that may be one chain with it on a core, the
+    first of them first, itself among them. It `has_source` where the flow comes to the first of these through all that
+    may release it, from a source of its own on. Then a thread that another component may release is a chain by itself;
+    others alone are none. `unlinked` is an element of a flow that is part of another one: there OSATE
     has lost the connection that leads to it.
     """
 

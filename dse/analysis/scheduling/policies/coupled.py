@@ -56,13 +56,22 @@ def _head_of(stages: Mapping[TaskKey, Stage], stage: Stage, priority: int) -> St
         link, other = passed[-1].follows, before.stated
         assert link is not None
         assert other is not None
-        is_soon = not link.most_ns or (link.most_ns < before.best_ns and not before.has_section)
         if other.priority < priority:
-            return None if is_soon else passed[-1]
+            return None if is_soon(passed[-1], before) else passed[-1]
         if link.most_ns:
             break
         passed.append(before)
     return passed[-1]
+
+
+def is_soon(stage: Stage, before: Stage) -> bool:
+    """Whether a message takes less from the stage before than any job of that, so that one at most is on its way.
+
+    That depends on the shortest execution time: where it is longer, busy windows may hold less.
+    """
+    link = stage.follows
+    assert link is not None
+    return bool(not link.most_ns or (link.most_ns < before.best_ns and not before.has_section))
 
 
 def before_on_core(stages: Mapping[TaskKey, Stage], stage: Stage) -> Stage | None:

@@ -75,17 +75,10 @@ class ChainRows:
         return other
 
     def add_figure(self, chain: FlowChain, index: int) -> None:
-        """Add the rows of a variable of the model that stands for what a flow counts for the waiting of a chain.
-
-        A row of a thread in a flow is no less than its longest execution time: so the flow counts no less than any of
-        the chain's beginnings waits, though all of it may wait less.
-        """
-        if index in self._figures:
-            return
-        self._figures.add(index)
-        figure = self.waiting.combined.variable(index)
-        for length in range(1, len(chain.threads) + 1):
-            self.waiting.model.add(figure >= self.variable(replace(chain, threads=chain.threads[:length])))
+        """Add the row of a variable of the model that stands for what a flow counts for the waiting of a chain."""
+        if index not in self._figures:
+            self._figures.add(index)
+            self.waiting.model.add(self.waiting.combined.variable(index) >= self.variable(chain))
 
     def variable(self, chain: FlowChain) -> cp_model.IntVar:
         """The variable of how long the threads of a chain wait together, by the least way to cut it, with its rows."""
