@@ -332,7 +332,7 @@ class _DesignReader:
             frames=frames,
             is_shared=is_shared,
             identifier=self.at(item.identifier) if arbitration != "classes" else -self.at(item.priority),
-            frame=tuple(frame),
+            frame=tuple(frame) if len(frame) > 1 else (),
             faults=self.faults(hard),
         )
 

@@ -167,6 +167,14 @@ def test_a_higher_priority_may_make_another_message_late() -> None:
     assert late_message_words(late[0]).endswith("; in time with priority 5, but then scan would be late")
 
 
+def test_what_stays_on_one_processor_may_state_a_priority() -> None:
+    text = LINK.replace("devices:", "processor_types: {c: {cores: 1}}\nprocessors: {p: {type: c}}\ndevices:")
+    threads = "threads:\n  one: {processor: p, period: 9 ms}\n  other: {processor: p}\nconnections:\n"
+    inner = "  inner: {from: one, to: other, data_size: 1 B, bus: link, priority: 1}\n"
+    found = dse.analyse(dse.loads(text.replace("connections:\n", threads + inner)), {"image.priority": "3"})
+    assert [item.name for item in found.messages["link"]] == ["steer", "scan", "image", "logs"]
+
+
 def test_two_links_in_a_row() -> None:
     """What the first link leaves is jitter on the second one: all but the shortest time there, and in the switch."""
     recipe = (DOCS / "recipes.md").read_text(encoding="utf-8").split("## Count the waiting on switched Ethernet")[1]

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from random import Random
 
 KINDS = ("priority", "priority", "priority", "fifo", "round_robin", "none")
-ETHERNET = ("vlan: true, mtu: 100 B", "vlan: true, mtu: 101 B, transport: udp", "vlan: true")
+ETHERNET = ("vlan: true, mtu: 128 B", "vlan: true, mtu: 131 B, transport: udp", "vlan: true")
 """Frames of Ethernet with priorities; a short `mtu` makes several of a message."""
 BYTES = (0, 1, 4, 8, 12, 20)
 
@@ -89,7 +89,7 @@ def draw_bus_problem(seed: int, *, decisions: int = 3, responses: bool | None = 
             other = rng.choice([identifiers[made - 1] if made else 71, rng.randint(60, 70)])
             own = f"[{own}, {other:#x}]"
         own = _perhaps_canopen(words, _perhaps_any(rng, left, anys, own))
-        size = links.size(bus, size)
+        size = links.size(bus, size, left)
         shown = f"{ends}, data_size: {size}, bus: {bus}, identifier: {own}"
         shown += links.perhaps_class(bus, left)
         shown = frames.perhaps_carried(name, (source, target, bus + extra), size, own) or f"{shown}{extra}"
@@ -125,11 +125,14 @@ class _Links:
         self.rng = rng
         self.second = "link" if rng.random() < 0.5 else "plain"
 
-    def size(self, bus: str, size: str) -> str:
+    def size(self, bus: str, size: str, left: list[int]) -> str:
         """The size of a message: of one that is always on the link perhaps of several frames."""
         if self.second == "plain" or bus != "can1":
             return size
-        return self.rng.choice(("1 B", "8 B", "150 B", "[20 B, 250 B]"))
+        if left[0] and self.rng.random() < 0.25:
+            left[0] -= 1
+            return "[20 B, 250 B]"
+        return self.rng.choice(("1 B", "8 B", "150 B"))
 
     def perhaps_class(self, bus: str, left: list[int]) -> str:
         """A priority on the link, while some decisions are left perhaps one of two; rarely none."""

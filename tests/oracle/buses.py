@@ -51,8 +51,8 @@ class Buses:
             if other == name:
                 break
             alike = all(body.get(key) == own.get(key) for key in ("from", "from_port"))
-            alike = alike and self.identifier(name) == self.identifier(other)
-            alike = alike and self._class(name) == self._class(other)
+            which = self._class if arbitration(self._type(bus)) == "classes" else self.identifier
+            alike = alike and which(name) == which(other)
             sizes = [quantities.size(self.reading.get(each, "data_size")) for each in (name, other)]
             alike = alike and self.reading.stack(other)[0] == bus and sizes[0] == sizes[1]
             if alike and not any(self.reading.states_rate(each) for each in (name, other)):

@@ -91,9 +91,10 @@ def message_key(space: Space, number: int, view: View) -> TaskKey:
         return first, "message"
     if connection.from_port is None or not at(space.buses[bus].broadcast, view) or at(connection.bus, view) != bus:
         return number, "message"
+    keys = ("size_bytes", "priority" if at(space.buses[bus].arbitration, view) == "classes" else "identifier")
     for other, item in enumerate(space.connections[:number]):
         if is_one_message(item, connection) and bus_of(space, other, view) == bus == at(item.bus, view):
-            pairs = [(getattr(item, key), getattr(connection, key)) for key in ("size_bytes", "identifier", "priority")]
+            pairs = [(getattr(item, key), getattr(connection, key)) for key in keys]
             alike = all(at(one, view) == at(another, view) for one, another in pairs)
             if alike and not item.states_rate and not connection.states_rate:
                 return other, "message"

@@ -72,7 +72,9 @@ def with_arbitration(ledger: Ledger, spec: Spec, buses: Sequence[Bus], wires: Se
         stated = spec.connections.get(wire.name)  # none of a reply
         if stated is not None and wire.identifier is not None and not stated.bus:
             ledger.error(("connections", wire.name, "identifier"), "an identifier is that of a message on a `bus`")
-        if stated is not None and stated.priority is not None and not _may_be_ordered(spec, buses, reached):
+        is_local = stated is not None and bool(stated.bus) and not reached  # its ends share a processor
+        is_asked = stated is not None and stated.priority is not None and not is_local
+        if stated is not None and is_asked and not _may_be_ordered(spec, buses, reached):
             message = "a priority is that of a message on Ethernet with `arbitration: priority`"
             hint = "on CAN the `identifier` decides" if stated.bus else "name its `bus`"
             ledger.error(("connections", wire.name, "priority"), message, hint)
