@@ -157,7 +157,7 @@ def test_reports_and_figures_are_those_of_the_command(tmp_path: Path, monkeypatc
     dse.write_report(read, "page.html")
     assert run(["report", "s.json", "-o", "theirs-page"]) == 0
     assert Path("page.html").read_bytes() == Path("theirs-page/Pump-sweep.html").read_bytes()
-    dse.write_figures(fit, "fit", ("svg", "png"))
+    dse.write_figures(fit, "fit")
     for name in (*theirs, "fit"):
         assert contents(name) == contents(f"theirs-{name}")
     for wrong in (
@@ -328,15 +328,17 @@ def test_messages_speak_of_keywords_in_python_and_of_options_on_the_command_line
 def test_a_plot_is_shown_and_saved(tmp_path: Path) -> None:
     result = dse.solve(PUMP)
     assert result.plot()._repr_svg_().startswith("<svg") and result.plot("latency", 2).name == "latency"
-    for name, begin in (("a.svg", b"<svg"), ("a.png", b"\x89PNG")):
-        result.plot("parallel").save(tmp_path / name)
-        assert (tmp_path / name).read_bytes().startswith(begin)
+    result.plot("parallel").save(tmp_path / "a.svg")
+    assert (tmp_path / "a.svg").read_bytes().startswith(b"<svg")
     for wrong in (lambda: result.plot("pie"), lambda: result.plot().save("a.pdf"), lambda: result.plot("usage", 9)):
         with pytest.raises(dse.UsageError):
             wrong()
     assert dse.plot(dse.sweep(PUMP, VARY, store=None)).svg.startswith("<svg")
     with pytest.raises(dse.UsageError, match="nothing to draw"):
         dse.plot(dse.check(PUMP))
+    pytest.importorskip("resvg_py")
+    result.plot("parallel").save(tmp_path / "a.png")
+    assert (tmp_path / "a.png").read_bytes().startswith(b"\x89PNG")
 
 
 def test_a_problem_is_built_without_a_file() -> None:

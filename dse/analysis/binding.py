@@ -7,6 +7,7 @@ from fractions import Fraction
 from math import ceil, floor
 from typing import Any
 
+from dse.analysis.memo import Recall
 from dse.analysis.views import View
 from dse.space.architecture.frames import Frame, bit_units, wire_ns
 from dse.space.model.space import EMPTY, Bus, Connection, Space, at_home
@@ -129,6 +130,15 @@ def way_bytes(space: Space, connection: Connection, way: Sequence[int], view: Vi
     return total
 
 
+def overhead_bytes(space: Space, way: Sequence[int], view: View) -> Exact:
+    """The bytes that the buses on a way add to a message, whatever its data, as whole bytes.
+
+    Exact; each is a figure of a bus type (docs/semantics.md, section 3.3).
+    """
+    total: Exact = sum(at(space.buses[number].overhead_bytes, view) for number in way)
+    return total
+
+
 def frame_of(space: Space, connection: Connection, view: View) -> list[Connection]:
     """The connections whose data go in one message in a design, in the order of the file; mostly the connection alone.
 
@@ -136,29 +146,60 @@ def frame_of(space: Space, connection: Connection, view: View) -> list[Connectio
     """
     if connection.carried_in is None and not connection.riders:
         return [connection]
-    head = _head_of(space, connection, view)
-    involved = (item for item in space.connections if item.carried_in is not None or item.riders)
-    return [item for item in involved if _head_of(space, item, view) == head]
+    return [space.connections[number] for number in frame_numbers(space, connection, view)]
 
 
-def _head_of(space: Space, connection: Connection, view: View) -> str:
-    """The name of the connection that has the message; in a design that lets them carry each other in a circle one."""
-    names = [connection.name]
-    while (number := at(connection.carried_in, view)) is not None:
-        connection = space.connections[number]
-        if connection.name in names:
-            return min(names[names.index(connection.name) :])
-        names.append(connection.name)
-    return connection.name
+def frame_numbers(space: Space, connection: Connection, view: View) -> list[int]:
+    """The connections of the frame of a connection by number, ascending; that of the connection itself is among them.
+
+    No decision of others than those that may be in the frame is looked at.
+    """
+    head = at(connection.carried_in, view)
+    if head is None:
+        head = next(number for number, item in enumerate(space.connections) if item.name == connection.name)
+    riders = space.connections[head].riders
+    return sorted([head, *(one for one in riders if at(space.connections[one].carried_in, view) == head)])
 
 
-def sent_before(space: Space, number: int, bus: int, view: View) -> int | None:
-    """The first connection of the frame of a connection that a bus carries, if that is another one; None otherwise."""
-    frame = frame_of(space, space.connections[number], view)
-    if len(frame) == 1:
-        return None
-    names = [item.name for item in frame if bus in bus_stack(space, item, view)]
-    return next((other for other, item in enumerate(space.connections[:number]) if item.name in names), None)
+def sent_as(space: Space, number: int, bus: int, view: View) -> int:
+    """The connection by which the message of a connection is known on a bus that carries it.
+
+    The one whose message it is where that is on the bus, else the first of its frame that is; mostly itself.
+    """
+    connection = space.connections[number]
+    if connection.carried_in is None and not connection.riders:
+        return number
+    head = _head_of(space, number, view)
+    numbers = [head, *frame_numbers(space, space.connections[head], view)]
+    return next((one for one in numbers if bus in bus_stack(space, space.connections[one], view)), number)
+
+
+def _head_of(space: Space, number: int, view: View) -> int:
+    """The connection that has the message; in a design that lets them carry each other in a circle one of these."""
+    passed = [number]
+    while (head := at(space.connections[passed[-1]].carried_in, view)) is not None:
+        if head in passed:
+            return min(passed[passed.index(head) :])
+        passed.append(head)
+    return passed[-1]
+
+
+_WHOLE: Recall[bool] = Recall()
+
+
+def travels_whole(space: Space, number: int) -> bool:
+    """Whether all that may share a frame with a connection are sent over a bus in every design, as it is itself.
+
+    Where some of them may stay on a processor or in a process, who is on the bus decides which one counts.
+    """
+
+    def found(space: Space, number: int, _: View) -> bool:
+        own = space.connections[number]
+        heads = {number, *(head for head in leaves(own.carried_in) if head is not None)}
+        family = heads.union(*(space.connections[head].riders for head in heads))
+        return all(type(space.connections[one].bus) is int for one in family)
+
+    return _WHOLE.recall(space, number, View(()), found)
 
 
 def _is_local(space: Space, connection: Connection, view: View) -> bool:

@@ -12,9 +12,10 @@ from dse.analysis.binding import (
     bus_stack,
     byte_times_ns,
     carrying_ns,
-    message_sizes,
+    overhead_bytes,
     own_core,
-    sent_before,
+    sent_as,
+    travels_whole,
     way_bytes,
     ways_over,
 )
@@ -26,7 +27,10 @@ from dse.space.architecture.carriers import carriers
 from dse.space.architecture.frames import bit_units, frame_at, wire_bytes
 from dse.space.model.space import Connection, Space
 from dse.space.model.trees import at, leaves
-from dse.support.units import unrounded
+from dse.support.units import Exact, unrounded
+
+ADDITIVE = ("can", "serial")
+"""Frames in which each byte takes as long as any other: of CAN as far as one frame holds all."""
 
 
 def utilisation_terms(space: Space, processor: int, core: int | None = None) -> tuple[Term, ...]:
@@ -130,13 +134,13 @@ def _load_term(space: Space, bus: int, number: int, connection: Connection) -> T
             rate: Fraction = ZERO + at(connection.data_rate, view)
             if not ways or frame_at(space.buses[bus].fixed_ns, view) is None:
                 return rate * len(ways)
-            each: Fraction = _carried_bytes(space, bus, connection, ways, view) / at(connection.size_bytes, view)
+            each: Fraction = _carried_bytes(space, bus, number, ways, view) / at(connection.size_bytes, view)
             return rate * each
 
         return Term(connection.name, stated, component=connection.name)
 
     def coefficient(view: View) -> Fraction:
-        return _carried_bytes(space, bus, connection, _ways(space, bus, number, view), view)
+        return _carried_bytes(space, bus, number, _ways(space, bus, number, view), view)
 
     return product_term(space, connection.name, coefficient, ("delivery", number), connection.name)
 
@@ -148,10 +152,8 @@ def _ways(space: Space, bus: int, number: int, view: View) -> list[tuple[int, ..
 
 
 def _is_repeated(space: Space, head: int, number: int, view: View) -> bool:
-    """Whether a bus that a connection is bound to carries an earlier one of its port, or of its frame: sent once."""
+    """Whether a bus that a connection is bound to carries an earlier one of its port: sent once."""
     connection = space.connections[number]
-    if sent_before(space, number, head, view) is not None:
-        return True
     if connection.from_port is None:
         return False
     port = (connection.source, connection.from_port)
@@ -161,16 +163,38 @@ def _is_repeated(space: Space, head: int, number: int, view: View) -> bool:
     )
 
 
-def _carried_bytes(
-    space: Space, bus: int, connection: Connection, ways: Sequence[Sequence[int]], view: View
-) -> Fraction:
+def _carried_bytes(space: Space, bus: int, number: int, ways: Sequence[Sequence[int]], view: View) -> Fraction:
     """What a bus carries for one message: its bytes with all overheads, or with frames the most that it takes."""
     slot, total = space.buses[bus], ZERO
     frame = frame_at(slot.fixed_ns, view) if ways else None
+
+    def carried(size: Exact) -> Exact:
+        return size if frame is None else wire_bytes(frame, ceil(size), at(slot.bandwidth_bps, view))
+
     for way in ways:
-        size = way_bytes(space, connection, way, view)
-        total = total + (size if frame is None else wire_bytes(frame, ceil(size), at(slot.bandwidth_bps, view)))
+        total = total + _part(space, bus, number, way, view, carried)
     return total
+
+
+def _part(
+    space: Space, bus: int, number: int, way: Sequence[int], view: View, taken: Callable[[Exact], Exact]
+) -> Exact:
+    """What a bus takes for the message of a connection; `taken` is that for a message of a size.
+
+    In a frame of several each has what its data take, and the one whose message it is all else. Where that is no sum of
+    parts (CAN FD fills up), or some of them may stay on a processor, one of them has it all.
+    """
+    connection = space.connections[number]
+    if connection.carried_in is None and not connection.riders:
+        return taken(way_bytes(space, connection, way, view))
+    frame = frame_at(space.buses[bus].fixed_ns, view)
+    if (frame is None or frame.protocol in ADDITIVE) and travels_whole(space, number):
+        is_carried = at(connection.carried_in, view) is not None
+        around = overhead_bytes(space, way, view)
+        whole = taken(around + at(connection.size_bytes, view))
+        return whole - taken(around) if is_carried else whole
+    is_counted = sent_as(space, number, bus, view) == number
+    return taken(way_bytes(space, connection, way, view)) if is_counted else ZERO
 
 
 def payload_terms(space: Space, bus: int) -> tuple[Term, ...]:
@@ -196,12 +220,14 @@ def _busy_term(space: Space, bus: int, number: int) -> Term:
 
     def coefficient(view: View) -> Fraction:
         """Longest time on the bus in microseconds: times a rate in Hz, that is ppm."""
-        total = ZERO
-        if sent_before(space, number, bus, view) is not None:
-            return total
-        for size in message_sizes(space, connection, bus, view):
+
+        def taken(size: Exact) -> Exact:
             times = carrying_ns(space, space.buses[bus], connection, size, view)
-            total = total + times[1] if times is not None else total
+            return ZERO if times is None else times[1]
+
+        total = ZERO
+        for way in ways_over(space, connection, bus, view):
+            total = total + _part(space, bus, number, way, view, taken)
         return total / 1000
 
     return product_term(space, connection.name, coefficient, ("delivery", number), connection.name)

@@ -12,7 +12,15 @@ from functools import partial
 from itertools import combinations
 from typing import Any
 
-from dse.analysis.binding import bus_figure, bus_stack, frame_of, message_sizes
+from dse.analysis.binding import (
+    bus_figure,
+    bus_stack,
+    frame_of,
+    message_sizes,
+    overhead_bytes,
+    travels_whole,
+    ways_over,
+)
 from dse.analysis.limits import HOLDS
 from dse.analysis.usage import all_reachable_buses
 from dse.analysis.views import View, is_met
@@ -25,6 +33,8 @@ from dse.space.model.trees import NOT_OFFERED, Choice, NotOffered, PerProcessorT
 from dse.spec.language.expressions import And, Not, Or
 from dse.spec.schema.fields import ANY_IDENTIFIER
 
+NO_LIMIT = 10**9
+"""Bytes that no frame has to hold."""
 MOST_LISTED = 8
 """The most options of a decision that are named where another one was chosen."""
 
@@ -33,12 +43,14 @@ MOST_LISTED = 8
 class Predicate:
     """Something that must hold in every design, with the words to say so; `why` says more where it does not.
 
-    `why` gives a longer sentence for one design; `text` says what should hold.
+    `why` gives a longer sentence for one design; `text` says what should hold. Where there are `terms` it holds where
+    their sum is at most 0: each consults few decisions.
     """
 
     text: str
     holds: Callable[[View], bool]
     why: Callable[[Design], str] | None = None
+    terms: tuple[Callable[[View], int], ...] = ()
 
     def _breach(self, design: Design) -> str:
         """The sentence about a design that violates the condition."""
@@ -125,7 +137,8 @@ def _whole_frames(space: Space) -> Iterator[Predicate]:
                 leaf.protocol in MOST_BYTES for leaf in leaves(space.buses[bus].fixed_ns) if isinstance(leaf, Frame)
             ):
                 text = f"all data that {item.name} carries fit into a frame of {space.buses[bus].name}"
-                yield Predicate(text, partial(_fits, space, number, bus))
+                terms = _room_terms(space, number, bus) if travels_whole(space, number) else ()
+                yield Predicate(text, partial(_fits, space, number, bus), terms=terms)
 
 
 def _is_own_message(rider: Connection, head: int, other: Connection, view: View) -> bool:
@@ -140,6 +153,31 @@ def _fits(space: Space, number: int, bus: int, view: View) -> bool:
         return True
     sizes = (size for one in frame for size in message_sizes(space, one, bus, view))
     return max(sizes, default=0) <= MOST_BYTES[leaf.protocol]
+
+
+def _room_terms(space: Space, number: int, bus: int) -> tuple[Callable[[View], int], ...]:
+    """What each connection adds to the data of a frame beyond what that holds, as terms of a sum that is at most 0.
+
+    A message that is too long for one frame carries no others, not even of 0 B.
+    """
+    item = space.connections[number]
+
+    def beyond(view: View) -> int:
+        leaf = frame_at(space.buses[bus].fixed_ns, view)
+        if leaf is None or leaf.protocol not in MOST_BYTES:
+            return -NO_LIMIT
+        ways = ways_over(space, item, bus, view)
+        around = max((overhead_bytes(space, way, view) for way in ways), default=-NO_LIMIT)
+        return int(around + at(item.size_bytes, view) - MOST_BYTES[leaf.protocol])
+
+    def own(view: View) -> int:
+        return min(0, beyond(view))
+
+    def added(rider: Connection, view: View) -> int:
+        is_in = at(rider.carried_in, view) == number
+        return int(at(rider.size_bytes, view)) + (beyond(view) > 0) if is_in else 0
+
+    return (own, *(partial(added, space.connections[rider]) for rider in item.riders))
 
 
 def _are_apart(space: Space, first: Connection, second: Connection, view: View) -> bool:

@@ -94,12 +94,12 @@ def judge(referee: ContentionReferee, design: Design) -> Contended:
     return contended(referee.judge(design))
 
 
-def contended(found: Judged) -> Contended:
+def contended(judged: Judged) -> Contended:
     """The verdicts of the referee on a design with waiting counted.
 
     One `Broken` for each requirement that the design misses with waiting counted; none means that it keeps all.
     """
-    return Contended(tuple(Broken.of(miss) for miss in found.misses))
+    return Contended(tuple(Broken.of(miss) for miss in judged.misses))
 
 
 class ContentionBasis(Data):

@@ -148,15 +148,15 @@ def _with_reports(args: list[str]) -> list[str]:
     >>> _with_reports(["a.yaml", "--report", "-q"]), _with_reports(["--report", "a.html", "a.yaml"])
     (['a.yaml', '--report=', '-q'], ['--report=a.html', 'a.yaml'])
     """
-    found: list[str] = []
-    for at, given in enumerate(args):
-        if given == "--":
-            return found + args[at:]
-        if found and found[-1] == "--report=" and args[at - 1] == "--report" and given.lower().endswith(PAGES):
-            found[-1] += given
+    words: list[str] = []
+    for at, word in enumerate(args):
+        if word == "--":
+            return words + args[at:]
+        if words and words[-1] == "--report=" and args[at - 1] == "--report" and word.lower().endswith(PAGES):
+            words[-1] += word
         else:
-            found.append("--report=" if given == "--report" else given)
-    return found
+            words.append("--report=" if word == "--report" else word)
+    return words
 
 
 def objective_options(*, hidden: bool = False) -> Callable[[F], F]:
@@ -180,9 +180,9 @@ def objectives_of(minimise: tuple[str, ...], maximise: tuple[str, ...]) -> tuple
 
     Texts such as ``minimise price``; requires an `OrderedCommand`.
     """
-    given = {"minimise": iter(minimise), "maximise": iter(maximise)}
-    order = [name for name in click.get_current_context().meta[ORDER] if name in given]
-    return tuple(f"{sense} {next(given[sense])}" for sense in order)
+    values = {"minimise": iter(minimise), "maximise": iter(maximise)}
+    order = [name for name in click.get_current_context().meta[ORDER] if name in values]
+    return tuple(f"{sense} {next(values[sense])}" for sense in order)
 
 
 def question_of(options: dict[str, Any], objectives: tuple[str, ...] = ()) -> Question:

@@ -160,14 +160,14 @@ def print_front(
 
 
 def write_page_figures(folder: str | None, page: Page, stem: str) -> None:
-    """Write the plots of a page as SVG and PNG files into a folder, and tell each; nothing without a folder.
+    """Write the plots of a page as SVG files into a folder, and tell each; nothing without a folder.
 
-    Raises `UsageError` without the extra `plots`.
+    Their names begin with `stem`.
     """
     if folder is None:
         return
     from dse.report.output import page_figures
     from dse.support.files.writing import write_files
 
-    for path in write_files(report_folder(folder), page_figures(page, ("svg", "png"), stem)):
+    for path in write_files(report_folder(folder), page_figures(page, ("svg",), stem)):
         tell(f"figure: {path}")

@@ -6,7 +6,7 @@ from typing import Any
 
 from dse.analysis.validity import Predicate, Rulebook, atom_truth, has_conditional_home, is_broken
 from dse.analysis.views import View
-from dse.encode.linear import Board
+from dse.encode.linear import Board, Form
 from dse.space.model.criteria import ResolvedCondition, Rule
 from dse.space.model.space import EMPTY
 from dse.space.model.trees import Choice
@@ -60,9 +60,15 @@ def add_activity(board: Board) -> None:
 def add_validity(board: Board, rulebook: Rulebook) -> None:
     """Structural predicates forbid the cases in which they fail; a filled optional slot has at least one user.
 
-    Small predicates become clauses, larger ones a literal for each case.
+    Small predicates become clauses, larger ones a literal for each case, those that are sums a linear row.
     """
     for predicate in in_time(rulebook.predicates):
+        if predicate.terms:
+            form = Form()
+            for term in predicate.terms:
+                form.add(board.form(board.table(term)))
+            board.demand(board.expression(form) <= 0, ())
+            continue
 
         def fails(view: View, predicate: Predicate = predicate) -> bool:
             return not predicate.holds(view)

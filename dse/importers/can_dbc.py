@@ -49,12 +49,12 @@ def check_statements(path: Path, text: str) -> None:
     ProblemError
         with the line of each of them.
     """
-    plain = TEXT.sub(lambda found: '"' + "\n" * found[0].count("\n") + '"', text)
+    plain = TEXT.sub(lambda match: '"' + "\n" * match[0].count("\n") + '"', text)
     mistakes = []
-    for found in _BEGUN.finditer(plain):
-        what, whole = _WHOLE[found["word"]]
-        if not whole.match(plain, found.start("word")):
-            line = plain.count("\n", 0, found.start("word")) + 1
+    for match in _BEGUN.finditer(plain):
+        what, whole = _WHOLE[match["word"]]
+        if not whole.match(plain, match.start("word")):
+            line = plain.count("\n", 0, match.start("word")) + 1
             mistakes.append(
                 Diagnostic(f"this {what} is not whole", file=str(path), line=line, hint="is the file cut off?")
             )
@@ -71,7 +71,7 @@ def mended(path: Path, text: str) -> tuple[str, list[Diagnostic]]:
     >>> print(text, remark.message)
     BO_ 2147487648 A: 1 B identifiers of more than 11 bits that are not marked as long count as 29 bits: A (0xfa0)
     """
-    plain = TEXT.sub(lambda found: '"' + re.sub(r"[^\n]", " ", found[0][1:-1]) + '"', text)
+    plain = TEXT.sub(lambda match: '"' + re.sub(r"[^\n]", " ", match[0][1:-1]) + '"', text)
     statements = _Statements(path, plain)
     cuts = [*statements.unused(), *statements.renumbered()]
     pieces, end = [], 0

@@ -44,8 +44,8 @@ def with_verdicts(result: Result, *, started: float, limit: TimeLimit) -> Result
     designs |= {sibling.id: sibling.design for others in result.others for sibling in others.designs}
     todo = {number: design for number, design in designs.items() if number not in result.contended}
     cores_s = min(own_s, max(LEAST_FOR_CORES_S, SHARE_FOR_CORES * (now - started)))
-    found = {**result.contended, **_judged(counted, todo, TimeLimit.after(own_s), cores_s)}
-    return replace(result, contended={number: found[number] for number in designs if number in found})
+    verdicts = {**result.contended, **_judged(counted, todo, TimeLimit.after(own_s), cores_s)}
+    return replace(result, contended={number: verdicts[number] for number in designs if number in verdicts})
 
 
 def _judged(counted: Space, designs: Mapping[str, Design], limit: TimeLimit, cores_s: float) -> dict[str, Contended]:
@@ -53,9 +53,9 @@ def _judged(counted: Space, designs: Mapping[str, Design], limit: TimeLimit, cor
 
     First of all designs on their own cores; what is left of `cores_s` goes to other cores, in the order of the designs.
     """
-    found: dict[str, Contended] = {}
+    verdicts: dict[str, Contended] = {}
     if not designs:
-        return found
+        return verdicts
     from dse.search.feasibility.other_cores import OtherCores
 
     try:
@@ -63,13 +63,13 @@ def _judged(counted: Space, designs: Mapping[str, Design], limit: TimeLimit, cor
             jury = CoreJury(counted)
             others = OtherCores(jury.evaluator, jury.free, most_work=MOST_WORK)
             for number, design in designs.items():
-                found[number] = jury.judged(design)
+                verdicts[number] = jury.judged(design)
             with until(TimeLimit.after(cores_s)):
-                for number, item in found.items():
-                    found[number] = _elsewhere(jury, others, designs[number], item)
+                for number, item in verdicts.items():
+                    verdicts[number] = _elsewhere(jury, others, designs[number], item)
     except (OutOfTime, KeyboardInterrupt):
         pass
-    return found
+    return verdicts
 
 
 def _elsewhere(jury: CoreJury, others: OtherCores, design: Design, own: Contended) -> Contended:
@@ -81,8 +81,8 @@ def _elsewhere(jury: CoreJury, others: OtherCores, design: Design, own: Contende
     if own.status != "unknown" or others.is_over:
         return own
     try:
-        found = others.holding(jury.whole(design))
+        other = others.holding(jury.whole(design))
     except OutOfTime:
         look_at_the_clock()
         return own
-    return replace(own, is_open=False, decisions={} if found is None else jury.chosen(found))
+    return replace(own, is_open=False, decisions={} if other is None else jury.chosen(other))

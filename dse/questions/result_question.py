@@ -69,7 +69,7 @@ def replaced_objectives(space: Space, effective: Mapping[str, Any]) -> list[int]
 
 def _settings(effective: Mapping[str, Any]) -> dict[str, str]:
     """All settings of a result; one that does not state them all is of an older meaning."""
-    found = {}
+    settings = {}
     for name, allowed in SETTINGS.items():
         if name not in effective and name in OSATE_SETTINGS and effective.get("profile") == "dse":
             continue  # what was written before there was this setting did not look at it
@@ -80,8 +80,8 @@ def _settings(effective: Mapping[str, Any]) -> dict[str, str]:
             )
         if effective[name] not in allowed:
             raise UsageError(f"the result states the {name} {effective[name]!r}: it is one of {', '.join(allowed)}")
-        found[name] = effective[name]
-    return found
+        settings[name] = effective[name]
+    return settings
 
 
 def asked_as(loaded: LoadedSpec, space: Space, effective: Mapping[str, Any]) -> Space:
@@ -171,10 +171,10 @@ def _check_file_under(loaded: LoadedSpec, settings: Mapping[str, str], replaced:
         build_space(replace(loaded, spec=spec.model_copy(update=other)))
     except ProblemError as error:
         unasked = {f"objectives[{number}]" for number in replaced}
-        found = [str(item) for item in error.diagnostics if item.path not in unasked]
-        if found:
+        mistakes = [str(item) for item in error.diagnostics if item.path not in unasked]
+        if mistakes:
             said = ", ".join(f"{name}: {value}" for name, value in other.items())
-            raise UsageError("\n".join([f"the problem is refused with {said}", *found])) from error
+            raise UsageError("\n".join([f"the problem is refused with {said}", *mistakes])) from error
 
 
 def _named_choices(space: Space, decisions: Mapping[str, str]) -> dict[int, int]:
@@ -185,13 +185,13 @@ def _named_choices(space: Space, decisions: Mapping[str, str]) -> dict[int, int]
     UsageError
         when the problem has no such decision or option.
     """
-    found = {}
+    choices = {}
     for name, option in decisions.items():
         index = space.decision_index(name)
         if index is None or option not in space.decisions[index].options:
             raise UsageError(f"the problem has no decision {name!r} with an option {option!r}")
-        found[index] = space.decisions[index].options.index(option)
-    return found
+        choices[index] = space.decisions[index].options.index(option)
+    return choices
 
 
 def named_design(space: Space, decisions: Mapping[str, str]) -> Design:

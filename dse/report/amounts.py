@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from fractions import Fraction
+from math import ceil, floor
 from typing import Any, TypeAlias
 
 from rich.cells import cell_len, set_cell_size
@@ -160,6 +161,22 @@ def number_of(value: Any, unit: str, currency: str) -> float | None:
     if value is None or is_unbounded(value):
         return None
     return float(Fraction(value) / display_unit(unit, currency)[0])
+
+
+def safe_text(value: Fraction, unit: str, currency: str, *, is_least: bool) -> str:
+    """A bound in three decimals at most, rounded so that what is printed keeps it: a least value up, a greatest down.
+
+    `value` is in the base unit `unit`; what three decimals would distort is written in full.
+
+    >>> safe_text(Fraction(10_724_753), "ns", "EUR", is_least=True)
+    '10.725 ms'
+    """
+    factor, name = display_unit(unit, currency)
+    thousandths = value / factor * 1000
+    if 0 < abs(thousandths) < 100:
+        return figure_text(value, unit, currency)
+    rounded = Fraction(ceil(thousandths) if is_least else floor(thousandths), 1000)
+    return f"{readable(rounded, '')} {name}".rstrip()
 
 
 def figure_text(value: Any, unit: str, currency: str) -> str:

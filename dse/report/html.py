@@ -22,17 +22,17 @@ from markupsafe import Markup, escape
 from dse.answers.drawing.picture import STYLE, Drafter
 from dse.answers.tables.display import display_unit
 from dse.report.content.front.decide import decide_data, further_metrics, insist_choices
-from dse.report.content.front.decision import banner, cards, designs_data, steps
+from dse.report.content.front.decision import banner, beyond_card, cards, designs_data, steps
 from dse.report.content.front.document import Alternative, Document
 from dse.report.content.front.first_screen import Screen
-from dse.report.page import Page, Section, numbered
-from dse.report.plots.deadlines import DEADLINE_ROW, deadline_chart
-from dse.report.plots.design import BAR, FLOW_ROW, HUES, METHODS, usage_chart, waterfall
+from dse.report.page import Page, Section
+from dse.report.plots.canvas import STYLE as PLOT_STYLE
+from dse.report.plots.deadlines import deadline_chart
+from dse.report.plots.design import usage_chart, waterfall
 from dse.report.plots.front import EDGE, axis_title
-from dse.report.words.clocks import TIMELINE_ROW, timeline
+from dse.report.words.clocks import timeline
 from dse.report.words.headline import limits_words
 from dse.report.words.reasons import proof_words
-from dse.support.extras import how_to_install, is_installed
 from dse.support.files.writing import utf8
 from dse.support.theme import DARK, LIGHT, css_variables
 from dse.support.timelimit import look_at_the_clock
@@ -41,11 +41,8 @@ from dse.support.units.text import format_count
 
 MOST_ON_PAPER = 8
 """Decisions that the table of the front shows on paper: more would not fit."""
-MOST_UNPACKED = 100
-"""Alternatives with which the plots' library is in the page as it is; packed it halves the page and starts later."""
-SCRIPTS = ("scatter.js", "parallel.js", "first.js", "decide.js", "report.js")
+SCRIPTS = ("print.js", "scatter.js", "parallel.js", "first.js", "decide.js", "report.js")
 """The page of a front: each defines its part, the last begins."""
-FURTHER_PLOTS = "The plots of contributions, use, clocks and deadlines of an alternative need"
 QUESTION, LEAST_QUESTION = 120, 40
 """Letters of title and limits in one line, and of the limits at least."""
 POLICY = "default-src 'none'; style-src 'unsafe-inline'; img-src data:"
@@ -61,16 +58,11 @@ def html_report(document: Document, chosen: int | None = None, studies: Sequence
     first = chosen if chosen is not None else result.front[0].id if result.front else None
     drafter = Drafter(result.space)
     fragments = {item.point.id: _fragment(templates, document, drafter, item) for item in document.alternatives}
-    opened = next((item for item in document.alternatives if item.point.id == first), None)
     script = "".join(map(_asset, SCRIPTS))
     screen = Screen(document)
     studies = [*document.further_sections, *studies]
-    specs = [plot.draw() for section in studies for plot in section.plots]
-    bundle = libraries() if result.front or specs else ""
-    is_long = len(result.front) > MOST_UNPACKED
-    data = _data(document, fragments, opened)
+    data = _data(document, fragments, first)
     data["first"] = designs_data(screen, document.alternatives) if result.front else None
-    data["specs"]["studies"] = specs
     return templates.get_template("report.html.j2").render(
         document=document,
         result=result,
@@ -79,49 +71,41 @@ def html_report(document: Document, chosen: int | None = None, studies: Sequence
         question=limits_words(result, max(LEAST_QUESTION, QUESTION - len(result.problem.name))),
         banner=banner(screen),
         cards=cards(screen),
+        beyond=beyond_card(screen) if result.front else None,
         short=data["first"]["short"] if result.front else (),
         steps=steps(screen) if result.front else (),
         drawing=list(drafter.lines(None)),
         crowded=len(document.varying) > MOST_ON_PAPER,
         first=first,
         fragment=fragments.get(first, []) if first is not None else [],
-        style=_asset("report.css") + STYLE,
+        style=_asset("report.css") + STYLE + PLOT_STYLE,
         light=css_variables(LIGHT),
         dark=css_variables(DARK),
         data=_packed_json(data),
-        studies=numbered(studies),
+        studies=studies,
         choices=insist_choices(result),
         further=further_metrics(result),
-        bundle="" if is_long else bundle,
-        library=_packed(bundle) if is_long else "",
         script=script,
-        without_plots=_without_plots(bundle, FURTHER_PLOTS) if result.front or specs else "",
-        policy=f"{POLICY}; script-src {_hashes([bundle, script])}",
+        policy=f"{POLICY}; script-src {_hash(script)}",
     )
 
 
 def html_page(page: Page) -> str:
     """A page as one file, which needs no network.
 
-    HTML text with style, scripts and data inside. Without the extra `plots` tables stand in the place of plots.
+    HTML text with style and plots inside; its script opens on paper what is folded.
     """
-    specs = [plot.draw() for section in page.sections for plot in section.plots]
-    bundle, script = libraries() if specs else "", _asset("report.js")
-    nothing: dict[str, Any] = {"chosen": None, "objectives": [], "front": [], "lines": [], "fragments": {}}
+    script = _asset("print.js")
     return (
         environment()
         .get_template("page.html.j2")
         .render(
             page=page,
-            sections=numbered(page.sections),
-            style=_asset("report.css") + STYLE,
+            style=_asset("report.css") + STYLE + PLOT_STYLE,
             light=css_variables(LIGHT),
             dark=css_variables(DARK),
-            data=_packed_json({**nothing, "specs": {"studies": specs}}),
-            bundle=bundle,
             script=script,
-            without_plots=_without_plots(bundle) if specs else "",
-            policy=f"{POLICY}; script-src {_hashes([bundle, script])}",
+            policy=f"{POLICY}; script-src {_hash(script)}",
         )
     )
 
@@ -196,29 +180,9 @@ def _asset(name: str) -> str:
     return text
 
 
-@cache
-def libraries() -> str:
-    """Vega, Vega-Lite and Vega-Embed as one script; none where the extra `plots` is not installed.
-
-    JavaScript that is put into every page with plots, so that it needs no network.
-    """
-    if not is_installed("plots"):
-        return ""
-    import vl_convert
-
-    script: str = vl_convert.javascript_bundle("window.vegaEmbed = vegaEmbed;")
-    return script
-
-
-def _without_plots(bundle: str, what: str = "This page has no plots: they need") -> str:
-    """The remark in place of plots that need the library; "" where it is installed."""
-    return "" if bundle else f"{what} {how_to_install('plots')}. Every figure is in the tables."
-
-
-def _hashes(scripts: Sequence[str]) -> str:
-    """The hashes of scripts for the content security policy."""
-    digests = [hashlib.sha256(script.encode()).digest() for script in scripts if script]
-    return " ".join(f"'sha256-{base64.b64encode(digest).decode()}'" for digest in digests)
+def _hash(script: str) -> str:
+    """The hash of a script for the content security policy."""
+    return f"'sha256-{base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()}'"
 
 
 def _fragment(environment: Environment, document: Document, drafter: Drafter, alternative: Alternative) -> list[str]:
@@ -226,7 +190,8 @@ def _fragment(environment: Environment, document: Document, drafter: Drafter, al
     look_at_the_clock()
     template = environment.get_template("alternative.html.j2")
     drawing = list(drafter.lines(alternative.point.design))
-    text = template.render(document=document, item=alternative, drawing=drawing)
+    plots = {"waterfall": waterfall, "timeline_plot": timeline, "usage": usage_chart, "deadlines": deadline_chart}
+    text = template.render(document=document, item=alternative, drawing=drawing, **plots)
     return [line.strip() for line in text.splitlines() if line.strip()]
 
 
@@ -244,42 +209,19 @@ def _feasible(document: Document) -> list[list[float | None]]:
     ]
 
 
-def _data(document: Document, fragments: Mapping[int, Sequence[str]], opened: Alternative | None) -> dict[str, Any]:
+def _data(document: Document, fragments: Mapping[int, Sequence[str]], chosen: int | None) -> dict[str, Any]:
     result, today = document.result, document.reasoner.baseline
-    lines, rows = Pool(), Pool()
+    lines = Pool()
     parts = {str(number): lines.take(fragment) for number, fragment in fragments.items()}
-    details = {
-        str(item.point.id): {
-            "flows": [rows.take(flow.records) for flow in item.flows],
-            "timelines": [rows.take(part.records) for part in item.clocks],
-            "usage": rows.take(item.usage),
-            "deadlines": rows.take(item.deadlines),
-        }
-        for item in document.alternatives
-    }
-    data: dict[str, Any] = {
-        "chosen": opened.point.id if opened is not None else None,
+    return {
+        "chosen": chosen,
         "objectives": [{"name": info.name, "sense": info.sense} for info in result.objectives],
         "front": document.records,
         "lines": lines.items,
         "fragments": parts,
-        "rows": rows.items,
-        "details": details,
         "titles": [axis_title(result, axis) for axis in range(len(result.objectives))],
-        "methods": {"names": METHODS, "colours": HUES},
-        "bar": BAR,
-        "heights": {"flow": FLOW_ROW, "timeline": TIMELINE_ROW, "deadlines": DEADLINE_ROW},
         "edge": EDGE,
         "baseline": document.baseline_record,
         "feasible": _feasible(document) if result.front else [],
         "decide": decide_data(result, today[0].metrics if today is not None else None) if result.front else None,
-        "specs": {},
     }
-    if opened is not None:
-        data["specs"] = {
-            "flows": [waterfall(flow.source, flow.records) for flow in opened.flows],
-            "timeline": timeline(()) if any(item.clocks for item in document.alternatives) else None,
-            "deadlines": deadline_chart(()) if any(item.deadlines for item in document.alternatives) else None,
-            "usage": next((usage_chart(item.usage) for item in document.alternatives if item.usage), None),
-        }
-    return data

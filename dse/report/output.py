@@ -24,16 +24,16 @@ from dse.report.dispatch import Told, page_of
 from dse.report.html import html_page, html_report
 from dse.report.markdown import markdown_page
 from dse.report.page import Page, Section
+from dse.report.plots.canvas import Drawing
 from dse.report.plots.deadlines import deadline_chart
 from dse.report.plots.design import usage_chart, waterfall
-from dse.report.plots.front import Spec, parallel, scatter
+from dse.report.plots.front import parallel, scatter
 from dse.report.words.clocks import timeline
 from dse.support import arguments
 from dse.support.errors import UsageError
 from dse.support.extras import needed_for
 from dse.support.files.guard import guarding
 from dse.support.files.writing import PAGES, write_files
-from dse.support.theme import LIGHT, with_colours
 
 SUFFIXES = (".html", ".md", ".csv", ".json")
 
@@ -233,12 +233,12 @@ def study_names(problem: str, kind: str) -> list[str]:
 def study_figures(data: Mapping[str, Any], formats: Sequence[str]) -> Iterator[tuple[str, str | bytes]]:
     """(file name, content) of each plot of a study.
 
-    `formats` are ``svg`` and ``png``. Raises `UsageError` without the extra `plots`.
+    `formats` are ``svg`` and ``png``, which needs the extra `png`.
     """
     stem = f"{_stem(data['problem']['name'])}-{_kind(data)}"
     for section in sections_of(data):
         for plot in section.plots:
-            svg = svg_of(plot.draw())
+            svg = plot.draw().standalone()
             for kind in formats:
                 yield f"{stem}-{_stem(plot.name)}.{kind}", svg if kind == "svg" else png_of(svg)
 
@@ -254,10 +254,8 @@ def _stem(text: str) -> str:
 # The plots as PNG and SVG files, without a browser.
 
 
-WIDTH = 760
-SCALE = 1.5
-NAMED = ("values", "title", "description", "sort", "domain")
-"""Where names of the problem stand in a specification."""
+SCALE = 2
+"""Pixels of a PNG for a pixel of its plot."""
 
 
 def figure_files(
@@ -282,7 +280,7 @@ def page_figures(page: Page, formats: Sequence[str], stem: str) -> Iterator[tupl
     `formats` are ``svg`` and ``png``; characters that a file name should not have become hyphens.
     """
     for plot in chain.from_iterable(section.plots for section in page.sections):
-        svg = svg_of(plot.draw())
+        svg = plot.draw().standalone()
         name = re.sub(r"[^\w.-]+", "-", f"{stem}-{plot.name}").strip("-.")[:100]
         for kind in formats:
             yield f"{name}.{kind}", svg if kind == "svg" else png_of(svg)
@@ -297,8 +295,8 @@ def drawings(document: Document, chosen: int | None = None) -> Iterator[tuple[st
     result = document.result
     point = next((one for one in result.front if one.id == chosen), result.front[0])
     number = point.id
-    yield "scatter", lambda: svg_of(scatter(result, document.records, number, document.baseline_record))
-    yield "parallel", lambda: svg_of(parallel(result, document.records, number))
+    yield "scatter", lambda: scatter(result, document.records, number, document.baseline_record).standalone()
+    yield "parallel", lambda: parallel(result, document.records, number).standalone()
     item = document.alternative(point)
     for position, flow in enumerate(item.flows, start=1):
         if flow.records:
@@ -313,48 +311,19 @@ def drawings(document: Document, chosen: int | None = None) -> Iterator[tuple[st
     yield f"{number}-architecture", lambda: Drafter(result.space).standalone(item.point.design)
 
 
-def _drawn(chart: Callable[..., Spec], *data: Any) -> str:
-    return svg_of(chart(*data))
-
-
-def svg_of(spec: Spec) -> str:
-    """The plot in light colours, at a fixed width.
-
-    SVG text, `WIDTH` px wide. Raises `UsageError` where the extra `plots` is not installed.
-    """
-    with needed_for("A plot as a picture", "plots"):
-        import vl_convert
-
-    literal: dict[str, Any] = _literal(spec)
-    literal["width"] = WIDTH
-    literal["config"] = {**literal["config"], "background": LIGHT["paper"], "font": "sans-serif", "padding": 12}
-    literal["config"]["text"] = {**literal["config"]["text"], "font": "sans-serif"}
-    svg: str = vl_convert.vegalite_to_svg(literal)
-    return svg
-
-
-def _literal(part: Any) -> Any:
-    """The part of a specification with literal colours; names in data and titles stay what they are."""
-    if isinstance(part, dict):
-        return {
-            key: value if key in NAMED and not isinstance(value, dict) else _literal(value)
-            for key, value in part.items()
-        }
-    if isinstance(part, list | tuple):
-        return [_literal(item) for item in part]
-    return with_colours(part, LIGHT) if isinstance(part, str) else part
+def _drawn(chart: Callable[..., Drawing], *data: Any) -> str:
+    return chart(*data).standalone()
 
 
 def png_of(svg: str) -> bytes:
     """A plot or drawing as PNG.
 
-    The content of a PNG file, enlarged by `SCALE`. Raises `UsageError` where the extra `plots` is not installed.
+    The content of a PNG file, enlarged by `SCALE`. Raises `UsageError` where the extra `png` is not installed.
     """
-    with needed_for("A plot as a picture", "plots"):
-        import vl_convert
+    with needed_for("A picture as PNG", "png"):
+        import resvg_py
 
-    png: bytes = vl_convert.svg_to_png(svg, scale=SCALE)
-    return png
+    return bytes(resvg_py.svg_to_bytes(svg_string=svg, zoom=SCALE))
 
 
 # The plots of any answer as files of their own.
@@ -372,7 +341,7 @@ FORMATS = ("png", "svg")
 def write_figures(
     answer: Told, to: str | Path = "figures", formats: Sequence[str] = ("svg",), alternative: int | None = None
 ) -> list[Path]:
-    """Write the plots of an answer as pictures, for a paper or slides; the paths. Needs the extra `plots`.
+    """Write the plots of an answer as pictures, for a paper or slides; the paths.
 
     Parameters
     ----------
@@ -381,14 +350,14 @@ def write_figures(
     to
         the folder, which is made if need be.
     formats
-        ``svg``, ``png``, or both.
+        ``svg``, ``png`` (which needs the extra `png`), or both.
     alternative
         of a front, the id of the point whose latencies, loads and architecture are drawn; None: the first in rank.
 
     Raises
     ------
     UsageError
-        when the extra is not installed, there is no such format or alternative, or there is nothing to draw.
+        when there is no such format or alternative, or nothing to draw; of ``png`` without the extra `png`.
     OSError
         when a file cannot be written.
 

@@ -9,7 +9,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
-from typing import Any, ClassVar, Literal, TypeAlias
+from typing import ClassVar, Literal, TypeAlias
+
+from dse.report.plots.canvas import Drawing
 
 NOTHING = "\N{EN DASH}"
 """The cell of a table where there is nothing to say."""
@@ -74,7 +76,8 @@ class Table:
     of `spare`, in this order: they are told elsewhere. Where there is still none, it tells the columns from `wide` on
     in one cell, or below the table by the cell of column `label`, and of each no more than `told` letters unless it is
     to show all; a table without such columns has its cells wrapped, or each row told as a paragraph. `strong` are rows
-    that are set off, `paths` columns whose cells may be wrapped after points, as names of inputs are.
+    that are set off, `paths` columns whose cells may be wrapped after points, as names of inputs are. A terminal prints
+    `short` in its place, if there is one, unless it shows all.
     """
 
     kind: ClassVar = "table"
@@ -93,6 +96,7 @@ class Table:
     spare: tuple[int, ...] = ()
     strong: tuple[int, ...] = ()
     paths: tuple[int, ...] = ()
+    short: Table | None = None
 
     @property
     def written(self) -> tuple[tuple[str, ...], ...]:
@@ -113,12 +117,12 @@ class Table:
 class Plot:
     """A plot with its caption, drawn where it is shown; `name` is the stem of its file, a table has its figures.
 
-    `draw` makes a Vega-Lite specification, only when a writer shows plots.
+    `draw` makes it, only when a writer shows plots.
     """
 
     kind: ClassVar = "plot"
     name: str
-    draw: Callable[[], dict[str, Any]]
+    draw: Callable[[], Drawing]
     caption: str
 
 
@@ -252,15 +256,3 @@ def labelled(pairs: Iterable[tuple[str, str]]) -> list[Block]:
     """
     items = tuple(Item(text, label) for label, text in pairs)
     return [Listing(items)] if items else []
-
-
-def numbered(sections: Sequence[Section]) -> list[tuple[int, Section]]:
-    """Each section with the number of its first plot on the page.
-
-    Pairs of a number, from 0, and a section; scripts of the page find a plot by its number.
-    """
-    pairs, count = [], 0
-    for section in sections:
-        pairs.append((count, section))
-        count += len(section.plots)
-    return pairs

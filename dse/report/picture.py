@@ -14,7 +14,7 @@ from dse.answers.result import Result
 from dse.answers.robust import RobustResult
 from dse.report.content.front.document import Document
 from dse.report.dispatch import Told, page_of
-from dse.report.output import check_alternative, drawings, png_of, svg_of
+from dse.report.output import check_alternative, drawings, png_of
 from dse.report.page import Plot
 from dse.support import arguments
 from dse.support.errors import UsageError
@@ -44,7 +44,7 @@ class Picture:
         Raises
         ------
         UsageError
-            when the path ends in neither.
+            when the path ends in neither; of ``.png`` without the extra `png`.
         """
         target = Path(path)
         if target.suffix.lower() == ".svg":
@@ -59,7 +59,7 @@ class Picture:
     answer=arguments.ANSWER, kind=arguments.optional_text, alternative=arguments.Whole(1, 10**9, is_optional=True)
 )
 def plot(answer: Told, kind: str | None = None, alternative: int | None = None) -> Picture:
-    """A plot of an answer. Needs the extra `plots`.
+    """A plot of an answer.
 
     Parameters
     ----------
@@ -74,7 +74,7 @@ def plot(answer: Told, kind: str | None = None, alternative: int | None = None) 
     Raises
     ------
     UsageError
-        when the extra is not installed, or there is no such plot or alternative.
+        when there is no such plot or alternative.
 
     Examples
     --------
@@ -108,4 +108,4 @@ def _plots(answer: Told, alternative: int | None) -> Iterator[tuple[str, Callabl
 
 
 def _svg(item: Plot) -> str:
-    return svg_of(item.draw())
+    return item.draw().standalone()

@@ -112,7 +112,7 @@ def print_block(console: Console, block: Block, *, every: bool = False) -> None:
         if len(block.items) > len(shown):
             _print_item(console, Item(f"and {len(block.items) - len(shown)} more ({MORE})", depth=shown[0].depth))
     elif isinstance(block, Table):
-        _print_table(console, block, every=every)
+        _print_table(console, block if every or block.short is None else block.short, every=every)
     elif isinstance(block, Timeline):
         print_hanging(console, block.caption)
         for line in block.lines(min(console.width, LONGEST)):

@@ -10,7 +10,7 @@ from dse.report.content.front.document import Document
 from dse.report.html import html_report
 from dse.report.plots.front import scatter
 from dse.support import arguments
-from dse.support.extras import is_installed, needed_for
+from dse.support.extras import needed_for
 
 FRAME = """
 export default {
@@ -94,12 +94,7 @@ def widget(result: Result, height: int = 900) -> Any:
 
 
 def _still(document: Document) -> str:
-    """The front as a table and, where the extra ``plots`` is installed, as a plot: HTML without script."""
+    """The front as a plot and a table: HTML without script."""
     result = document.result
-    drawn = ""
-    if is_installed("plots"):
-        from dse.report.output import svg_of
-
-        plot = scatter(result, document.records, result.front[0].id, document.baseline_record)
-        drawn = f'<div role="img" aria-label="{escape(plot["description"])}">{svg_of(plot)}</div>'
-    return drawn + result._repr_html_()
+    plot = scatter(result, document.records, result.front[0].id, document.baseline_record)
+    return f'<div role="img" aria-label="{escape(plot.description)}">{plot.standalone()}</div>{result._repr_html_()}'

@@ -6,6 +6,7 @@ Read `model/space.py` first (the data), then `build.py` (the construction, in or
 * `model/`: the data alone.
 * `architecture/`: components, processors, buses, connections and flows of a problem.
 * `question/`: metrics, requirements, rules, objectives, open cores and priorities.
+* `packing.py`: connections that may share a frame where the search chooses.
 * `parameters.py`: parameters of threads, and execution times by their values.
 * `properties.py`: options in the file to decisions and trees of figures.
 * `options.py`: texts such as ``nav.period = 10 ms`` to options.

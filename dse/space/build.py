@@ -27,6 +27,7 @@ from dse.space.architecture.processors import build_processor, check_overheads
 from dse.space.architecture.segments import with_pieces
 from dse.space.model.metric_kinds import RESERVED
 from dse.space.model.space import Space
+from dse.space.packing import with_packing
 from dse.space.properties import Ledger, Path, closest
 from dse.space.question.reading import with_questions
 from dse.space.question.settings import SETTINGS, stated_settings
@@ -49,7 +50,7 @@ def build_space(loaded: LoadedSpec) -> Space:
         with every semantic mistake of the file, in file order.
     """
     ledger = Ledger(loaded)
-    spec = with_shared_buses(ledger, loaded.spec)
+    spec = with_shared_buses(ledger, with_packing(ledger, loaded.spec))
     settings = stated_settings(spec.model_dump(include=set(SETTINGS)))
     _check_names(spec, ledger)
     _check_totals(spec, ledger)
@@ -84,6 +85,7 @@ def build_space(loaded: LoadedSpec) -> Space:
         partition_output=spec.partition_output,
         best_case=spec.best_case,
         bus_queuing=spec.bus_queuing,
+        packed=tuple(name for name, way in spec.packing.items() if way == "any"),
         decisions=tuple(ledger.decisions),
         processors=processors,
         buses=buses,

@@ -154,7 +154,7 @@ def _with_keywords(text: str) -> str:
     'max_jitter 20: expected a limit; `dse solve --json r.json` writes one'
     """
     option = r"(`[^`]*`)|(?<![\w-])--([a-z]+(?:-[a-z]+)*)"
-    return re.sub(option, lambda found: found[1] or found[2].replace("-", "_"), text)
+    return re.sub(option, lambda match: match[1] or match[2].replace("-", "_"), text)
 
 
 class UsageError(DseError):

@@ -11,7 +11,7 @@ from dse.support.errors import UsageError
 EXTRAS = {
     "can": ("cantools", "cantools"),
     "cluster": ("Dask", "distributed"),
-    "plots": ("vl-convert", "vl_convert"),
+    "png": ("resvg", "resvg_py"),
     "ros": ("rosbags", "rosbags"),
     "sensitivity": ("SciPy", "scipy"),
     "widget": ("anywidget", "anywidget"),
@@ -26,7 +26,7 @@ def needed_for(what: str, extra: str) -> Iterator[None]:
     Parameters
     ----------
     what
-        what was asked for, as a beginning of a sentence: ``A plot``.
+        what was asked for, as a beginning of a sentence: ``A picture as PNG``.
     extra
         one of `EXTRAS`.
 
@@ -37,10 +37,10 @@ def needed_for(what: str, extra: str) -> Iterator[None]:
 
     Examples
     --------
-    >>> with needed_for("A plot", "plots"):
+    >>> with needed_for("A picture as PNG", "png"):
     ...     import a_library_that_is_not_installed
     Traceback (most recent call last):
-    dse.support.errors.UsageError: A plot needs vl-convert, the extra `plots`: pip install 'dse-pareto[plots]', ...
+    dse.support.errors.UsageError: A picture as PNG needs resvg, the extra `png`: pip install 'dse-pareto[png]', ...
     """
     try:
         yield
@@ -51,7 +51,7 @@ def needed_for(what: str, extra: str) -> Iterator[None]:
 def is_installed(extra: str) -> bool:
     """Whether the library of an extra is there; it is not imported.
 
-    `extra` is one of `EXTRAS`, such as ``plots`` or ``ros``.
+    `extra` is one of `EXTRAS`, such as ``png`` or ``ros``.
     """
     return find_spec(EXTRAS[extra][1]) is not None
 
@@ -59,8 +59,8 @@ def is_installed(extra: str) -> bool:
 def how_to_install(extra: str) -> str:
     """The library of an extra and the commands that install it.
 
-    >>> how_to_install("plots")
-    "vl-convert, the extra `plots`: pip install 'dse-pareto[plots]', or in a checkout pip install '.[plots]'"
+    >>> how_to_install("png")
+    "resvg, the extra `png`: pip install 'dse-pareto[png]', or in a checkout pip install '.[png]'"
     """
     return (
         f"{EXTRAS[extra][0]}, the extra `{extra}`: pip install 'dse-pareto[{extra}]', "

@@ -92,4 +92,4 @@ def with_colours(text: str, theme: Mapping[str, str]) -> str:
     >>> with_colours("fill: var(--ink); var(--x)", LIGHT)
     'fill: #1c2430; var(--x)'
     """
-    return re.sub(r"var\(--([a-z0-9]+)\)", lambda found: theme.get(found.group(1), found.group()), text)
+    return re.sub(r"var\(--([a-z0-9]+)\)", lambda match: theme.get(match.group(1), match.group()), text)

@@ -108,7 +108,11 @@ def build_tables(evaluator: Evaluator) -> Tables:
         evaluator=evaluator,
         allowed=builder.make.allowed,
         conditions=tuple(builder.conditions),
-        bounds=(*bounds, *(builder.bound(*room, 1, strict=False) for room in rooms(builder.make, threads))),
+        bounds=(
+            *bounds,
+            *builder.sums,
+            *(builder.bound(*room, 1, strict=False) for room in rooms(builder.make, threads)),
+        ),
         objectives=objectives,
         met=tuple(builder.met(number) for number in range(len(evaluator.space.decisions))),
         late=late,
@@ -133,6 +137,7 @@ class _TableBuilder:
         self.waits_of: dict[int, Callable[[View], Fraction]] = {}
         self.chains: dict[FlowChain, int] = {}
         self.loose: list[Limit] = []
+        self.sums: list[SumBound] = []  # of the architecture
         self.cores: list[CoreTable] = []
         self.waiting: set[int] = set()
         self.passages: list[Passage] = []
@@ -145,7 +150,11 @@ class _TableBuilder:
         """The conditions of the architecture and the rules."""
         book = self.evaluator.rulebook
         for predicate in book.predicates:
-            self.demand(predicate.text, predicate.holds)
+            if not predicate.terms:
+                self.demand(predicate.text, predicate.holds)
+                continue
+            parts = [self._plain(term, predicate.text) for term in predicate.terms]
+            self.sums.append(self.bound(predicate.text, Summands(tuple(parts)), Fraction(0), 1, strict=False))
         for cover in book.covers:
 
             def used(view: View, cover: Any = cover) -> bool:
@@ -172,8 +181,10 @@ class _TableBuilder:
 
     def term(self, term: Term, owner: str) -> Diagram:
         """A summand as a diagram of exact fractions."""
-        name = f"{owner}: {term.label}"
-        formula = formula_of(term)
+        return self._plain(formula_of(term), f"{owner}: {term.label}")
+
+    def _plain(self, formula: Callable[[View], Any], name: str) -> Diagram:
+        """A figure that has a value in every design as a diagram of exact fractions."""
         diagram = self.make.diagram(formula, name)
         self.defined(diagram, name)
         return self.make.mapped(diagram, as_fraction)

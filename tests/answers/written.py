@@ -137,7 +137,8 @@ connections:
   m0: {from: d0, to: sink, port: data, bus: b, data_size: 8 B, identifier: 16}
   m1: {from: d1, to: sink, port: data, bus: b, data_size: 8 B, identifier: 18}
   m2: {from: d2, to: sink, port: data, bus: b, data_size: 8 B, identifier: 20}
-  m3: {from: d3, to: sink, port: data, bus: b, data_size: 8 B, identifier: 22, deadline: 2 ms}
+  m3: {from: d3, to: sink, port: data, bus: b, data_size: 7 B, identifier: 22, deadline: 2 ms}
+  m4: {from: d3, to: sink, port: data, data_size: 1 B, carried_in: m3}
 objectives: [minimise price]
 """
 LATE_ON_LINK = """
@@ -205,6 +206,7 @@ connections:
   third: {from: c, to: t, data_size: 8 B, bus: w, identifier: 3, deadline: 3 ms}
   sorted: {from: a, to: t, data_size: 8 B, bus: v, priority: 5}
   hit: {from: a, to: t, data_size: 8 B, bus: y, identifier: 1}
+  more: {from: a, to: t, port: data, data_size: 1 B, carried_in: first}
   late: {from: d, to: relay, data_size: 8 B, bus: x}
   later: {from: relay, to: t, data_size: 8 B, bus: z, identifier: 4}
 flows: {f: {path: [a, first, t]}}

@@ -68,7 +68,10 @@ def test_whether_data_share_a_frame_is_a_decision() -> None:
         (("carried_in: status,", "carried_in: status, identifier: 1,"), 'the frame has the identifier of "status"'),
         (("carried_in: status,", "carried_in: status, rate: 1 Hz,"), 'the frame has the rate of "status"'),
         (("carried_in: status,", "carried_in: status, from_port: o,"), '"current" has a `from_port`: it shares no'),
-        (("carried_in: status,", "carried_in: [status, alone], rate: 1 Hz,"), "none states a `rate`"),
+        (
+            ("carried_in: status,", "carried_in: [status, alone], rate: 1 Hz,"),
+            "all of them state a `rate`, or none does",
+        ),
         (("carried_in: status,", "carried_in: status, bus: can1,"), "all of a frame is on one bus"),
         (("data_size: 4 B, bus", "data_size: 5 B, bus"), 'the frame of "status" has 9 B, at most 8 B fit'),
         (("dse: 1", "dse: 1\nprofile: osate-2.19"), "knows no frames of several connections"),

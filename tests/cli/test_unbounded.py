@@ -101,7 +101,7 @@ def test_no_command_says_a_number(
             packed = [gzip.decompress(base64.b64decode(found)).decode() for found in re.findall("H4sI[\\w+/=]+", text)]
             page = re.sub("<(script|style).*?</(script|style)>", "", text, flags=re.DOTALL)
             data = [part for part in packed if part.startswith("{")]
-            assert data
+            assert data or 'id="data"' not in text  # a page of a study has no script that reads data
             assert not [found for part in (page, *data) for found in numbers_in(part) if "." not in found], path
         else:
             assert not list(numbers_in(text)), path

@@ -43,7 +43,7 @@ class Buses:
         own, bus = self.reading.problem.component(name), self.bus_of[name]
         frame = self.reading.frame(name)
         if len(frame) > 1:
-            return next(each for each in frame if self.bus_of.get(each) == bus)
+            return next(each for each in (self.reading.head(name), *frame) if self.bus_of.get(each) == bus)
         if not self._is_broadcast(bus) or "from_port" not in own or self.reading.stack(name)[0] != bus:
             return name
         for other in self.bus_of:

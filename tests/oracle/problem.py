@@ -13,6 +13,7 @@ import yaml
 from . import grammar, quantities
 from .arbitration import counted, may_be_on
 from .identifiers import number_of
+from .packed_frames import packed
 
 SECTIONS = ("processors", "buses", "reservations", "executors", "devices", "threads", "connections")
 CATALOGUES = {
@@ -102,12 +103,12 @@ class Problem:
         self.in_common: dict[tuple[str, Any], dict[tuple[str, ...], dict[tuple[str | None, ...], Any]]] = {}
         """What was worked out for one design and holds for others, by the decisions that were looked at (`reading`)."""
         wires = self.sections["connections"]
+        for bus, way in (document.get("packing") or {}).items():
+            wires.update(packed(self.sections, bus) if way == "any" else {})
         for name, body in wires.items():  # what is in the frame of another one is on its bus
             heads = [head for head in as_list(body.get("carried_in")) if head != "alone"]
             if heads and "bus" in wires[heads[0]]:
                 wires[name] = {**body, "bus": wires[heads[0]]["bus"]}
-                if "rate" in wires[heads[0]]:
-                    wires[name]["rate"] = wires[heads[0]]["rate"]
         self.section_of = {name: section for section in SECTIONS for name in self.sections[section]}
         self.totals: dict[str, str] = document.get("totals") or {}
         self.requirements = [grammar.requirement(text) for text in document.get("requirements") or []]

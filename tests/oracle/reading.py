@@ -170,7 +170,7 @@ class Reading:
             return False
         if field == "join" and self.protocol(name) == "periodic":
             return False
-        if field in ("identifier", "priority") and section == "connections" and self.head(name) != name:
+        if field in ("identifier", "priority", "rate") and section == "connections" and self.head(name) != name:
             return False
         if field == "pairing" and not self.joins.joins(name):
             return False
@@ -345,6 +345,7 @@ class Reading:
 
     def states_rate(self, connection: str) -> bool:
         """Whether a connection delivers at a rate of its own."""
+        connection = self.head(connection)
         by_data = self.offered(connection, "data_rate") and self.offered(connection, "data_size")
         return bool(self.offered(connection, "rate") or by_data)
 
@@ -366,6 +367,7 @@ class Reading:
     @in_common
     def delivered_rate(self, connection: str) -> Fraction:
         """Messages per second that a connection delivers."""
+        connection = self.head(connection)
         stated = self.get(connection, "rate")
         if stated is not None:
             return quantities.rate(stated)

@@ -110,7 +110,8 @@ class Browser:
         self.call("Page.navigate", url="about:blank")
         self.events.clear()
         self.call("Page.navigate", url=path.resolve().as_uri())
-        self.wait("document.readyState === 'complete' && Boolean(window.dseReport && window.dseReport.ready)")
+        drawn = "(!document.getElementById('data') || Boolean(window.dseReport && window.dseReport.ready))"
+        self.wait(f"document.readyState === 'complete' && {drawn}")
 
     def press(self, key: str, code: int) -> None:
         """A key, pressed and released."""

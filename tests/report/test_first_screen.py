@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from itertools import combinations
 from pathlib import Path
 
@@ -89,6 +90,14 @@ def test_deadlines_stand_last_in_a_title() -> None:
 
 def test_a_question_without_a_design_is_red() -> None:
     assert banner(screen_of(dse.solve(PUMP, max_jitter="1ms"))).state == "wrong"
+
+
+def test_a_search_that_found_nothing_says_what_to_do_next() -> None:
+    result = dse.solve(example_path("inmark"))
+    stopped = replace(result, front=(), status="incomplete")
+    steps = list(screen_of(stopped).changing_steps())
+    assert [option for option, _ in steps] == ["--processing execution-time", "--time-limit 10min"]
+    assert not list(screen_of(dse.solve(PUMP, max_jitter="1ms")).changing_steps())
 
 
 def test_causes_add_up_to_the_latency(robot: dse.Result) -> None:

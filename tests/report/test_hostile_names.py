@@ -1,16 +1,16 @@
-"""Names that end a text in Vega's expressions, or that look like colours of a theme, are drawn as they are."""
+"""Names that end a text in SVG or in a script, or that look like colours of a theme, are drawn as they are."""
 
 from __future__ import annotations
 
 import html
 import json
+from xml.etree import ElementTree
 
 import pytest
 
 import dse
 from dse.report.dispatch import Told
 from dse.report.output import _figures
-from dse.report.plots.front import whole_spec
 from tests.helpers.effort import few
 
 NAMES = ["${x}|<b>&amp;", "a\\", 'a\\"+1', 'a"b', "a'b", "a\"b'c", "a\\nb", "var(--x)", "var(--ink)", "\\u0041"]
@@ -38,7 +38,6 @@ objectives: [minimise jitter, minimise price]
 
 @pytest.mark.parametrize("name", few(NAMES, 2))
 def test_every_plot_shows_any_name(name: str) -> None:
-    pytest.importorskip("vl_convert")
     text = PROBLEM.replace("name: NAME", f"name: {json.dumps(name)}").replace("NAME", json.dumps(name)[1:-1])
     result = dse.solve(text)
     drawn = _drawn(result)
@@ -52,14 +51,5 @@ def test_every_plot_shows_any_name(name: str) -> None:
 def _drawn(answer: Told) -> list[str]:
     """The plots of an answer as SVG."""
     found = [str(content) for _, content in _figures(answer, ("svg",), None)]
-    assert all(item.startswith("<svg") for item in found)
+    assert all(ElementTree.fromstring(item).tag.endswith("svg") for item in found)
     return found
-
-
-def test_line_breaks_in_titles_end_no_expression() -> None:
-    svg = pytest.importorskip("dse.report.output").svg_of
-    title = 'a\n"b"\r\u2028\\'
-    place = {"field": "x", "type": "quantitative", "title": title}
-    tooltip = [{"field": "x", "title": title}]
-    spec = {"data": {"values": [{"x": 1}]}, "mark": "point", "encoding": {"x": place, "tooltip": tooltip}}
-    assert svg(whole_spec(spec, title)).startswith("<svg")

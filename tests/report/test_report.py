@@ -9,6 +9,7 @@ import re
 from dataclasses import replace
 from html.parser import HTMLParser
 from pathlib import Path
+from xml.etree import ElementTree
 
 import pytest
 from rich.console import Console
@@ -25,7 +26,7 @@ from dse.report.html import html_report
 from dse.report.markdown import escaped
 from dse.report.output import figure_files, markdown_report, report_files
 from dse.report.page import NOTHING
-from dse.report.plots.design import stacked_rows, usage_records
+from dse.report.plots.design import usage_records, waterfall
 from dse.report.plots.front import scatter
 from dse.report.terminal import print_page
 from dse.report.words.reasons import GAPS, REDUCED
@@ -146,9 +147,9 @@ objectives: [minimise latency of main]
 def test_one_objective_is_not_plotted_against_itself() -> None:
     result = dse.solve(dse.loads(ONE_OBJECTIVE))
     document = Document(result)
-    spec = scatter(result, document.records, 1, None)
-    assert all(set(layer["encoding"]) & {"x", "y"} == {"x"} for layer in spec["layer"])
-    assert spec["description"] == "latency of main [ms] across; 1 alternative."
+    plot = scatter(result, document.records, 1, None)
+    assert plot.height < 110 and sum("<circle class='f-c1'" in line for line in plot.elements) == 1
+    assert plot.description == "latency of main [ms] across; 1 alternative."
     assert [record["n0"] for record in document.records] == [1.0]  # the only value is the best one
     page = html_report(document)
     assert "Pareto scatter" not in page.partition('id="data"')[0]
@@ -157,8 +158,8 @@ def test_one_objective_is_not_plotted_against_itself() -> None:
 
 def test_long_names_leave_room_for_their_figures() -> None:
     flow = Document(dse.solve(dse.loads(ONE_OBJECTIVE))).alternatives[0].flows[0]
-    titles = [row["title"] for row in stacked_rows(flow.records)]
-    assert titles == [
+    drawn = "".join(waterfall(flow.source, flow.records).elements)
+    assert re.findall(r"<text class='rim'[^>]*>([^<]*)", drawn) == [
         "a_worker_with_a_…m_for_in_one_line · 0 ms to 10 ms",
         "a_worker_with_a_…om_for_in_one_line · 1 ms to 1 ms",
     ]
@@ -199,7 +200,7 @@ def test_json_has_every_alternative_and_its_reasons(files: dict[str, str]) -> No
 
 
 def test_figures_are_made_without_a_browser(robot: Result) -> None:
-    files = dict(figure_files(Document(robot), ["svg", "png"], 4))
+    files = dict(figure_files(Document(robot), ["svg"], 4))
     names = {name.rpartition(".")[0] for name in files}
     assert names == {
         "inmark-scatter",
@@ -211,16 +212,14 @@ def test_figures_are_made_without_a_browser(robot: Result) -> None:
         "inmark-4-deadlines",
     }
     for name, content in files.items():
-        assert "var(--" not in str(content)
-        assert isinstance(content, bytes) == name.endswith("png")
-        assert content[:4] in ("<svg", b"\x89PNG")
+        assert isinstance(content, str) and content.startswith("<svg") and "var(--" not in content, name
+        ElementTree.fromstring(content)
 
 
 def test_an_infeasible_result_has_a_report_too() -> None:
     result = dse.solve(example_path("inmark"), max_jitter="1us")
     text = html_report(Document(result))
     assert "Infeasible: no design meets every requirement and rule" in text
-    assert "vegaEmbed" not in Reader(text).texts
     markdown = markdown_report(Document(result))
     assert markdown.startswith("# Intelligent Marking")
     for said in (" ".join(Reader(text).texts), markdown):  # what the terminal says
@@ -233,7 +232,7 @@ def test_hostile_names_are_text_in_every_file() -> None:
     result = hostile_result()
     files = {name.rpartition(".")[2]: text for name, text in report_files(Document(result))}
     page = Reader(files["html"])
-    assert page.tags.count("script") == 3
+    assert page.tags.count("script") == 2
     assert not set(page.tags) & {"img", "iframe", "object"}
     text = " ".join(page.texts)
     for name in NAMES.values():

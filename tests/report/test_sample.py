@@ -56,4 +56,4 @@ def test_no_file_names_a_machine(name: str) -> None:
 def test_every_picture_is_there() -> None:
     named = set(re.findall(r"\((pictures/[^)]+)\)", (FOLDER / "README.md").read_text(encoding="utf-8")))
     assert named <= {"pictures"} | {f"pictures/{path.name}" for path in (FOLDER / "pictures").iterdir()}
-    assert len(list((FOLDER / "pictures").glob("*.png"))) == 7
+    assert len(list((FOLDER / "pictures").glob("inmark-*.svg"))) == 8

@@ -34,6 +34,7 @@ processing: execution_time
 deadlines: stated
 overload: forbidden
 offset_grid: 1 ms
+packing: {x: any}
 messages: {distribution: ros2_humble, definitions: parts, size: serialised, source: s}
 priorities: rate_monotonic
 worst_case: deadline

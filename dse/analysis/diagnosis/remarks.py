@@ -162,6 +162,7 @@ def problem_remarks(space: Space) -> Iterator[str]:
     yield from _of_other_rules(space)
     yield from _late_offsets(space)
     yield from _never_sent(space)
+    yield from _never_packed(space)
     yield from unsaid_joins(space)
     yield from drifting_joins(space)
     yield from outside_words(_possibly_outside(space, MANY_CASES))
@@ -216,6 +217,20 @@ def _never_sent(space: Space) -> Iterator[str]:
             f"not sent over {carrier}, for sender and receiver share a processor or process: "
             f"{', '.join(names[:MOST_NAMED])}{more} (a virtual bus may carry them on the processor)"
         )
+
+
+def _never_packed(space: Space) -> Iterator[str]:
+    """Buses with ``packing: any`` on which no connection may be carried in the message of another one."""
+    for name in space.packed:
+        if not any(item.riders for item in space.connections if _is_on(space, item, name)):
+            yield (
+                f"nothing can be packed on {name}: no two connections of one sender on {name} alone have data that fit "
+                "into one frame, and rates of which one is stated for both or for neither"
+            )
+
+
+def _is_on(space: Space, item: Connection, name: str) -> bool:
+    return any(leaf is not None and space.buses[leaf].name == name for leaf in leaves(item.bus))
 
 
 def _of_other_rules(space: Space) -> Iterator[str]:

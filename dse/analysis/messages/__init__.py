@@ -3,6 +3,7 @@
 Read `stages.py` first.
 
 * `stages.py`: which bus a message waits for, what releases it, and in which order messages go; as stages on a resource.
+* `frames.py`: what each connection adds to a message that it may be carried in.
 * `assignment.py`: the places of messages that may have any identifier (Audsley).
 * `burdens.py`: options that keep a bus busier.
 * `conflicts.py`: messages of which none can be the last in time, whatever their order.

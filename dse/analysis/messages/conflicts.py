@@ -13,6 +13,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
+from dse.analysis.binding import frame_numbers
 from dse.analysis.memo import Recall
 from dse.analysis.messages.assignment import Candidate, assigned, is_in_time
 from dse.analysis.messages.stages import (
@@ -21,8 +22,9 @@ from dse.analysis.messages.stages import (
     carried_by,
     faults_on,
     identifier_range,
-    is_each_alone,
+    is_comparable,
     may_wait_for,
+    message_key,
 )
 from dse.analysis.scheduling.policies.buses import Arbitrated
 from dse.analysis.scheduling.policies.faults import with_frame
@@ -60,8 +62,9 @@ class Conflict:
 
     def candidates(self, space: Space, view: View) -> dict[int, Candidate] | None:
         """The messages as they are in a design; None where one is not on the bus there."""
-        if any(bus_of(space, number, view) != self.bus for number in self.members):
-            return None
+        for number in self.members:
+            if bus_of(space, number, view) != self.bus or at(space.connections[number].carried_in, view) is not None:
+                return None
         return {number: _CANDIDATES.recall(space, (self.bus, number), view, _candidate) for number in self.members}
 
     def kept_from_last(self, space: Space, view: View) -> frozenset[int] | None:
@@ -81,6 +84,29 @@ class Conflict:
                     return None
                 ordered.add(number)
         return frozenset(ordered)
+
+    def limited(self, space: Space, view: View) -> list[int]:
+        """The connections in the frames of the group whose deadlines make it a conflict in a design."""
+        frames = (frame_numbers(space, space.connections[number], view) for number in self.group)
+        return [one for frame in frames for one in frame if at(space.connections[one].deadline_ns, view) is not None]
+
+    def frame_burden(self, space: Space, index: int, view: View) -> Sequence[int | None] | None:
+        """How busy the options of a decision in whose message a connection is carried keep the conflict.
+
+        A number for each option, the greater the busier; None of one that is at least as busy as the least of them, and
+        instead of all where only the option of the design keeps it. A connection that is in no frame of the conflict
+        can only make it busier elsewhere.
+        """
+        decision, option = space.decisions[index], view[index]
+        number = next(number for number, item in enumerate(space.connections) if item.name == decision.component)
+        head = decision.values[option]
+        if number in self.members:
+            return None
+        if head not in self.members:
+            return [0] * len(decision.values)
+        if None not in decision.values:
+            return None
+        return [0 if value is None else 1 if value == head else None for value in decision.values]
 
     def is_late(self, space: Space, view: View) -> bool:
         """Whether none of the group can be last in time in a design, where numbers are in the same order."""
@@ -122,11 +148,11 @@ def _candidate(space: Space, key: tuple[int, int], view: View) -> Candidate:
 def conflicts(space: Space, bus: int, view: View) -> Iterator[Conflict]:
     """A conflict among the messages of a bus in a design, with few messages; nothing where there is none.
 
-    Nor where messages go by other ways than their identifiers (senders that queue as messages come among them), or are
-    several connections.
+    Nor where messages go by other ways than their identifiers (senders that queue as messages come among them), or some
+    connections of a frame may stay on a processor.
     """
     slot = space.buses[bus]
-    if set(leaves(slot.broadcast)) != {False} or at(slot.arbitration, view) != "priority" or not is_each_alone(space):
+    if set(leaves(slot.broadcast)) != {False} or at(slot.arbitration, view) != "priority" or not is_comparable(space):
         return
     carried, candidates = _candidates(space, bus, view)
     made = assigned(candidates, *identifier_range(space, bus, view), faults=faults_on(space, bus, view))
@@ -144,16 +170,17 @@ def soonest_ns(space: Space, number: int, view: View) -> Exact | None:
     """The least that a message waits for its bus in any order in which all meet their deadlines, in ns.
 
     It waits no less in the order that is chosen (`dse.analysis.messages.assignment`), nor where its bus is busier. None
-    where it has no bound, or there is no such order, or messages are several connections or queue as they come.
+    where it has no bound, or there is no such order, or messages queue as they come.
     """
     bus = bus_of(space, number, view)
-    if bus is None or set(leaves(space.buses[bus].broadcast)) != {False} or not is_each_alone(space):
+    if bus is None or set(leaves(space.buses[bus].broadcast)) != {False} or not is_comparable(space):
         return None
     carried, candidates = _candidates(space, bus, view)
     bit, most = identifier_range(space, bus, view)
     faults = faults_on(space, bus, view)
-    made = assigned(candidates, bit, most, carried.index(number), faults)
-    place = made.order.index(carried.index(number))
+    own_place = carried.index(message_key(space, number, view)[0])
+    made = assigned(candidates, bit, most, own_place, faults)
+    place = made.order.index(own_place)
     own = candidates[made.order[place]]
     urgent = [candidates[one].task for one in made.order[:place]]
     known = tuple(task for task in urgent if task is not None)

@@ -15,7 +15,15 @@ from itertools import accumulate
 from math import ceil
 from typing import TypeAlias, cast
 
-from dse.analysis.binding import bus_figure, bus_stack, carrying_ns, message_sizes, sent_before
+from dse.analysis.binding import (
+    bus_figure,
+    bus_stack,
+    carrying_ns,
+    frame_numbers,
+    message_sizes,
+    sent_as,
+    travels_whole,
+)
 from dse.analysis.memo import Recall
 from dse.analysis.messages.assignment import Candidate, assigned
 from dse.analysis.rates import NS_PER_S, rate_hz
@@ -79,16 +87,16 @@ def _is_there(slot: Bus, view: View) -> bool:
 
 
 def message_key(space: Space, number: int, view: View) -> TaskKey:
-    """The stage of a connection's message on its bus: that of the first of its frame; if broadcast, of its port.
+    """The stage of a connection's message on its bus: that of the head of its frame; if broadcast, of its port.
 
     Those of a port are one message where both are bound to the bus itself, at one rate, of one size and identifier.
     """
     connection = space.connections[number]
     bus = bus_of(space, number, view)
     assert bus is not None
-    first = sent_before(space, number, bus, view)
-    if first is not None:
-        return first, "message"
+    head = sent_as(space, number, bus, view)
+    if head != number:
+        return head, "message"
     if connection.from_port is None or not at(space.buses[bus].broadcast, view) or at(connection.bus, view) != bus:
         return number, "message"
     keys = ("size_bytes", "priority" if at(space.buses[bus].arbitration, view) == "classes" else "identifier")
@@ -235,7 +243,7 @@ def candidates_of(space: Space, bus: int, view: View, released: Released) -> lis
     found = []
     for number in carried:
         made = candidate_of(space, bus, number, view, tasks[number, "message"])
-        limits = [_limit_ns(space, bus, one, view) for one in sharing[number]]
+        limits = [limit_ns(space, bus, one, view) for one in sharing[number]]
         latest = min((limit for limit in limits if limit is not None), default=None)
         is_on_flow = any(_is_on_flow(space, one) for one in sharing[number])
         identifier = at(space.connections[number].identifier, view)
@@ -251,9 +259,17 @@ def candidates_of(space: Space, bus: int, view: View, released: Released) -> lis
 
 
 def candidate_of(space: Space, bus: int, number: int, view: View, task: Task | None) -> Candidate:
-    """The message of one connection in search of its place, with any identifier; `task` is it as a job."""
+    """The message of one connection in search of its place, with any identifier; `task` is it as a job.
+
+    Its limit is the least of all connections in its frame.
+    """
     last, section = _frames_ns(space, bus, number, view)
-    return Candidate(task, last, section, _limit_ns(space, bus, number, view), None, _is_on_flow(space, number))
+    connection = space.connections[number]
+    sharing = (
+        frame_numbers(space, connection, view) if connection.carried_in is not None or connection.riders else [number]
+    )
+    limits = [limit for one in sharing if (limit := limit_ns(space, bus, one, view)) is not None]
+    return Candidate(task, last, section, min(limits, default=None), None, _is_on_flow(space, number))
 
 
 def _is_on_flow(space: Space, number: int) -> bool:
@@ -261,8 +277,11 @@ def _is_on_flow(space: Space, number: int) -> bool:
     return any(step.kind == "connection" and step.index == number for flow in space.flows for step in flow.steps)
 
 
-def _limit_ns(space: Space, bus: int, number: int, view: View) -> Exact | None:
-    """The longest that the message of a connection may take on a bus by its deadline; None without one."""
+def limit_ns(space: Space, bus: int, number: int, view: View) -> Exact | None:
+    """The longest that the message of a connection may take on a bus by its own deadline; None without one.
+
+    In ns: the deadline less what else carries the message takes at most.
+    """
     deadline = at(space.connections[number].deadline_ns, view)
     return None if deadline is None else deadline - wrapping_ns(space, number, bus, view)[1]
 
@@ -358,6 +377,15 @@ def is_each_alone(space: Space) -> bool:
     So it is not where senders queue messages as they come, or a frame has several connections.
     """
     return not may_queue(space) and all(item.carried_in is None for item in space.connections)
+
+
+def is_comparable(space: Space) -> bool:
+    """Whether in every design each message competes by its own identifier, for connections that all are on its bus.
+
+    Frames of several connections are then busier with each connection more, whoever else is in them.
+    """
+    shared = [number for number, item in enumerate(space.connections) if item.carried_in is not None]
+    return not may_queue(space) and all(travels_whole(space, number) for number in shared)
 
 
 def may_queue(space: Space) -> bool:

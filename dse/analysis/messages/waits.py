@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import Annotated
 
+from dse.analysis.binding import frame_of
 from dse.analysis.messages.stages import bus_of, counted_buses, message_key, wrapping_ns
 from dse.analysis.scheduling.busy_window import Stream
 from dse.analysis.scheduling.fixed_point import Window
@@ -47,16 +48,17 @@ class MessageResponse:
     """
 
     WRITTEN = (
-        *("name", "identifier", "priority", "transmission_ns", "releases", "blocking_ns", "blocked_by", "interference"),
-        *("earlier_ns", "faults", "faults_ns", "over_ns", "response_ns", "deadline_ns", "meets_deadline", "because"),
+        *("name", "carries", "identifier", "priority", "transmission_ns", "releases", "blocking_ns", "blocked_by"),
+        *("interference", "earlier_ns", "faults", "faults_ns", "over_ns", "response_ns", "deadline_ns"),
+        *("meets_deadline", "because"),
     )
 
-    name: Annotated[str, "The connection."]
+    name: Annotated[str, "The connection whose message it is."]
     identifier: Annotated[int | None, "Its identifier, stated or chosen; null where it has none."]
     transmission_ns: Annotated[tuple[Exact, Exact], "The shortest and the longest time of its frames alone."]
     releases: Annotated[tuple[Stream, ...] | None, "When it is handed to the bus; null where its jitter has no bound."]
     response_ns: Annotated[Exact | None, "The longest time from then until it is there; null without a bound."]
-    deadline_ns: Annotated[int | None, "The deadline of its connection; null where there is none."]
+    deadline_ns: Annotated[int | None, "The least deadline of what is in the message; null where there is none."]
     meets_deadline: Annotated[
         bool | None, "Whether that is met, with whatever else carries the message; null without one."
     ]
@@ -64,6 +66,9 @@ class MessageResponse:
     blocker: str = ""
     because: Annotated[
         tuple[str, ...], "Of one without a bound those because of which it has none; missing without.", Json(default=())
+    ] = ()
+    carries: Annotated[
+        tuple[str, ...], "The other connections whose data are in the message; missing without.", Json(default=())
     ] = ()
     window: Window | None = None
     priority: Annotated[
@@ -167,7 +172,9 @@ def message_responses(space: Space, bus: int, view: View) -> Iterator[MessageRes
         loss = solution.loss_of(entry.key)
         because = () if loss is None else solution.because(loss)
         parts = window.parts() if window is not None and response is not None else None
-        deadline = at(connection.deadline_ns, view)
+        frame = frame_of(space, connection, view)
+        deadlines = [limit for item in frame if (limit := at(item.deadline_ns, view)) is not None]
+        deadline = min(deadlines, default=None)
         longest = None if response is None else response + wrapping_ns(space, number, bus, view)[1]
         yield MessageResponse(
             connection.name,
@@ -180,6 +187,7 @@ def message_responses(space: Space, bus: int, view: View) -> Iterator[MessageRes
             parts or NOTHING,
             stated_name(space, entry.blockers[0][0]) if entry.blockers else "",
             tuple(dict.fromkeys(stated_name(space, key) for key in because)),
+            tuple(item.name for item in frame if item.name != connection.name),
             window,
             at(connection.priority, view) if resource.wire.arbitration == "classes" else None,
         )

@@ -5,9 +5,10 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
+from itertools import accumulate
 from math import ceil
 
-from dse.analysis.binding import bus_stack, frame_of, message_sizes
+from dse.analysis.binding import bus_stack, frame_of, message_sizes, sent_as
 from dse.analysis.messages.waits import chosen_identifiers
 from dse.analysis.rates import rate_hz
 from dse.analysis.views import View
@@ -30,13 +31,16 @@ class _Row:
     identifier: int
     length: int
     cycle_ms: int | None
+    parts: tuple[tuple[str, int], ...]
+    """The connections of a frame of several, each with its data in bytes."""
 
 
 def can_database(space: Space, design: Design, title: str) -> str:
-    """The database: each message with its identifier, length, sender and cycle time, and no signals.
+    """The database: each message with its identifier, length, sender and cycle time.
 
-    Connections that are one message on a broadcast bus stand once. Cycle times are whole milliseconds, rounded down, so
-    that no message comes less often than in the design.
+    Connections that are one message on a broadcast bus stand once. The data of a frame of several connections are a
+    signal for each of them, one after the other from the first byte on; other messages have none. Cycle times are whole
+    milliseconds, rounded down, so that no message comes less often than in the design.
 
     Raises
     ------
@@ -45,7 +49,7 @@ def can_database(space: Space, design: Design, title: str) -> str:
         in several frames, or more often than every millisecond; or cantools is not installed.
     """
     with needed_for("A CAN database", "can"):
-        from cantools.database.can import Database, Message, Node
+        from cantools.database.can import Database, Message, Node, Signal
     view = View(design)
     bus, frame = _bus(space, view)
     rows = list(_rows(space, bus, frame, view))
@@ -55,7 +59,11 @@ def can_database(space: Space, design: Design, title: str) -> str:
             row.identifier,
             names[row.name],
             row.length,
-            [],
+            [
+                Signal(name, 8 * start, 8 * size)
+                for (name, size), start in zip(_signals(row), _starts(row), strict=True)
+                if size
+            ],
             senders=[nodes[row.sender]] if row.sender else [],
             cycle_time=row.cycle_ms,
             is_extended_frame=frame.identifier_bits == 29,
@@ -95,10 +103,10 @@ def _rows(space: Space, bus: int, frame: Frame, view: View) -> Iterator[_Row]:
         if not isinstance(stated, int) or len(sizes) != 1 or at(wire.size_bytes, view) is None:
             missing = "`data_size`" if isinstance(stated, int) else "`identifier`"
             raise UsageError(f"{shown(wire.name)} has no {missing}: a DBC file needs it")
+        if sent_as(space, number, bus, view) != number:
+            continue
         other = seen.setdefault(stated, number)
-        if other != number and (
-            is_one_message(space.connections[other], wire) or wire in frame_of(space, space.connections[other], view)
-        ):
+        if other != number and is_one_message(space.connections[other], wire):
             continue
         length = ceil(sizes[0])
         if length > MOST_BYTES[frame.protocol]:
@@ -108,7 +116,20 @@ def _rows(space: Space, bus: int, frame: Frame, view: View) -> Iterator[_Row]:
         if cycle == 0:
             raise UsageError(f"{shown(wire.name)} comes more often than every millisecond, which no DBC file says")
         sender = None if wire.source is None else space.components[wire.source].stated_as
-        yield _Row(wire.name, sender, stated, length, cycle)
+        frame_parts = frame_of(space, wire, view)
+        parts = [(item.name, int(at(item.size_bytes, view))) for item in frame_parts if len(frame_parts) > 1]
+        yield _Row(wire.name, sender, stated, length, cycle, tuple(parts))
+
+
+def _signals(row: _Row) -> list[tuple[str, int]]:
+    """The names of the signals of a message, each with its data in bytes."""
+    names = _names(name for name, _ in row.parts)
+    return [(names[name], size) for name, size in row.parts]
+
+
+def _starts(row: _Row) -> list[int]:
+    """Where each of them begins, in bytes."""
+    return list(accumulate((size for _, size in row.parts[:-1]), initial=0))[: len(row.parts)]
 
 
 def _names(names: Iterable[str]) -> dict[str, str]:

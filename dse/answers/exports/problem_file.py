@@ -97,10 +97,10 @@ def without(text: str, error: ProblemError) -> str | None:
     for diagnostic in error.diagnostics:
         if diagnostic in costs:
             continue
-        found = re.fullmatch(r"(requirements|objectives)\[(\d+)\]", diagnostic.path)
-        if found is None:
+        match = re.fullmatch(r"(requirements|objectives)\[(\d+)\]", diagnostic.path)
+        if match is None:
             return None
-        draft.drop_item([found.group(1), int(found.group(2))], "speaks of what this design does not have:")
+        draft.drop_item([match.group(1), int(match.group(2))], "speaks of what this design does not have:")
     return draft.result()
 
 

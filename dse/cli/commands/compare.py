@@ -48,7 +48,7 @@ from dse.support.errors import EXIT_COMPLETE, EXIT_NO
     metavar="SHARE",
     help="With --measured: largest difference of the mean of a period or rate from the stated one.  [default: 1 %]",
 )
-@click.option("--figures", metavar="DIR", help="With --measured: write the plots into this folder, as SVG and PNG.")
+@click.option("--figures", metavar="DIR", help="With --measured: write the plots into this folder, as SVG.")
 @all_option
 @report_option
 @json_option

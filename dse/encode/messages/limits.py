@@ -72,9 +72,10 @@ class MessageLimits:
         is_late = False
         for bus in counted_buses(self.space):
             for conflict in conflicts(self.space, bus, view):
-                if all(number in by_deadline for number in conflict.group):
+                limited = conflict.limited(self.space, view)
+                if all(number in by_deadline for number in limited):
                     conditions = conflict_conditions(self.space, self.chosen, conflict, view)
-                    self._forbid([by_deadline[number] for number in conflict.group], conditions)
+                    self._forbid([by_deadline[number] for number in limited], conditions)
                     is_late = True
         for item in held if not is_late else ():
             if not judge(item.limit, view).holds:

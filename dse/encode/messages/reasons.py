@@ -98,7 +98,9 @@ def conflict_conditions(space: Space, chosen: Chosen, conflict: Conflict, view: 
     def is_late(trial: Sequence[int]) -> bool:
         return conflict.is_late(space, View(trial))
 
-    def compared(index: int, option: int) -> Sequence[int] | None:
+    def compared(index: int, option: int) -> Sequence[int | None] | None:
+        if option >= 0 and space.decisions[index].field == "carried_in":
+            return conflict.frame_burden(space, index, view)
         return burdens(space, index) if option >= 0 else None
 
     found, relaxed = _relaxed(chosen, view, is_late, compared)
@@ -127,7 +129,7 @@ def _relaxed(
     chosen: Chosen,
     view: View,
     holds: Callable[[Sequence[int]], bool],
-    compared: Callable[[int, int], Sequence[int] | None],
+    compared: Callable[[int, int], Sequence[int | None] | None],
 ) -> tuple[Conditions, list[int]]:
     """Conditions under which something holds that the busier a bus is holds the more, and a design at their ends."""
     noting = Noting(view.design)
@@ -139,14 +141,15 @@ def _relaxed(
         if burden is None:
             found.append((chosen(index, option),))
             continue
-        best = min(range(len(burden)), key=burden.__getitem__)
-        if burden[best] == burden[option]:
+        known = {number: busy for number, busy in enumerate(burden) if busy is not None}
+        best = min(known, key=known.__getitem__)
+        if known[best] == known[option]:
             continue
         trial = [*relaxed[:index], best, *relaxed[index + 1 :]]
         if _holds(holds, trial):
             relaxed = trial
             continue
-        found.append(tuple(chosen(index, number) for number, item in enumerate(burden) if item >= burden[option]))
+        found.append(tuple(chosen(index, number) for number, busy in known.items() if busy >= known[option]))
     return found, relaxed
 
 

@@ -3,40 +3,44 @@
 Whoever is the last of the messages S that are due by E ends at some t <= E, behind a frame of any message beside them,
 and behind all others of S, with each of their jobs that comes until its last frame begins:
 
-    longest frame beside S + sum over S of jobs(t) C + faults(t) (error frame + longest frame of S) <= t, some t <= E
+    longest frame beside S + sum over S of jobs(t) C <= t        for some t <= E
 
 A message k that is due later has no part in that unless it goes before the last of S for sure: it has a lower number
 than some message of S. Then it adds C u, with u true where both have these numbers. (A literal for each E and number
 says whether some message of S has a greater one: numbers that are kept form a chain.) The times up to E are cut into
 intervals, of which one is chosen; jobs count as at its beginning, so that no design is lost. Messages whose bus is a
 decision, or that have too many cases, are left out; where a sender queues messages as they come there are none (those
-of a queue may wait for less than their identifiers say), nor where frames have several connections. The referee decides
+of a queue may wait for less than their identifiers say). A message that may carry others is due as soon as one of them
+is, and what they add has a literal for each of them (`dse.encode.messages.frames`). The referee decides
 (`dse.encode.messages.limits`).
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from math import floor
 from typing import Any
 
+from dse.analysis.binding import frame_numbers
 from dse.analysis.messages.assignment import Candidate
+from dse.analysis.messages.frames import apart, has_own_message, longest_frame_ns
 from dse.analysis.messages.stages import (
     candidate_of,
     counted_buses,
-    faults_on,
     identifier_range,
+    is_comparable,
     is_each_alone,
+    limit_ns,
     may_wait_for,
 )
-from dse.analysis.scheduling.busy_window import Task, most_jobs
+from dse.analysis.scheduling.busy_window import most_jobs
 from dse.analysis.scheduling.policies.executor_work import jobs_by
-from dse.analysis.scheduling.policies.faults import with_frame
 from dse.analysis.scheduling.resolve import released_undelayed
-from dse.analysis.views import View, allowed_options, tabulate
-from dse.encode.linear import EXACT_LIMIT, Board
+from dse.analysis.views import PartialView, View, allowed_options, tabulate
+from dse.encode.linear import EXACT_LIMIT, Board, Given
+from dse.encode.messages.frames import Rider, due_riders, own_literal, riders_of
 from dse.space.model.space import EMPTY
 from dse.space.model.trees import at, leaves
 from dse.spec.schema.fields import MOST_IDENTIFIER
@@ -54,12 +58,19 @@ EVEN = 4
 
 @dataclass
 class _Message:
-    """A message that is on a bus in any design: its cases, each with a literal, and its identifiers, each with one."""
+    """A message that is on a bus in any design: its cases, each with a literal, and its identifiers, each with one.
+
+    One that may be carried in another's is there where its literal `own` is true; `riders` are what may be carried in
+    it, and `longest_ns` is the time of its frame with all that. Its limits are those under `guards`.
+    """
 
     number: int
-    guard: Any
+    guards: list[Any]
     cases: list[tuple[Any, Candidate]]
     numbers: list[tuple[Any, int]]
+    own: Any
+    riders: list[Rider]
+    longest_ns: Exact
 
     @property
     def lowest(self) -> int:
@@ -70,12 +81,24 @@ class _Message:
         """The cases in which it is due by then."""
         return [(literal, item) for literal, item in self.cases if item.limit_ns is not None and item.limit_ns <= time]
 
+    def is_always_due(self, time: Exact) -> bool:
+        """Whether it is due by then in all its cases, whatever is carried in it."""
+        return len(self.is_due(time)) == len(self.cases)
+
+    def last_ns(self, time: Exact) -> Exact:
+        """The longest time of its last frame where it is due by then."""
+        return self.longest_ns if self.riders else max(item.last_ns for _, item in self.is_due(time))
+
+    def may_be_due(self, time: Exact, limited: Mapping[int, int | None]) -> bool:
+        """Whether it is due by then in some case, or with something that is carried in it."""
+        return bool(self.is_due(time)) or any(True for _ in due_riders(self.riders, time, limited))
+
 
 def add_rows(board: Board, limits: Iterable[tuple[int, int | None]]) -> None:
     """Rows for each bus and each of its types; `limits` are messages with a deadline and the guards of these."""
     space = board.space
     guards = dict(limits)
-    for bus in counted_buses(space) if is_each_alone(space) else ():
+    for bus in counted_buses(space) if is_comparable(space) else ():
         slot = space.buses[bus]
         if set(leaves(slot.broadcast)) != {False}:
             continue
@@ -89,12 +112,13 @@ def add_waiting_rows(board: Board, number: int, least: Any, variable: Any, scale
     """Rows that say how long a message waits at least, of a figure in 1 / `scale` ns that is `least` without waiting.
 
     Each message with a lower number goes before it with each job that comes until it begins: one at least, and as many
-    as come while all that surely go before it are sent. The longest of the others has begun, or goes first, too.
+    as come while all that surely go before it are sent. The longest of the others has begun, or goes first, too; where
+    frames have several connections that alone is said.
     """
     space = board.space
     wire = space.connections[number]
     buses = set(leaves(wire.bus))
-    if len(buses) != 1 or not is_each_alone(space):
+    if len(buses) != 1 or not is_comparable(space):
         return
     (bus,) = buses
     if bus not in counted_buses(space) or set(leaves(space.buses[bus].broadcast)) != {False}:
@@ -103,7 +127,11 @@ def add_waiting_rows(board: Board, number: int, least: Any, variable: Any, scale
     for option in allowed_options(space, slot.type_decision):
         given = {slot.type_decision: option}
         if slot.types[option] != EMPTY and "priority" in set(leaves(slot.arbitration)):
-            _OnBus(board, bus, given, {}).add_waiting(number, least, variable, scale)
+            on_bus = _OnBus(board, bus, given, {})
+            if is_each_alone(space):
+                on_bus.add_waiting(number, least, variable, scale)
+            else:
+                on_bus.add_blocking(number, least, variable, scale)
 
 
 @dataclass
@@ -113,7 +141,6 @@ class _OnBus:
     given: dict[int, int]
     guards: dict[int, int | None]
     chain: dict[tuple[int, ...], dict[int, Any]] = field(default_factory=dict)
-    faults: Task | None = None
 
     def add(self) -> None:
         """Rows for each time by which messages are due."""
@@ -124,18 +151,10 @@ class _OnBus:
         if ranges is None or len({case.value for case in ranges}) != 1 or ranges[0].value is None:
             return
         bit = ranges[0].value
-        faults = tabulate(space, lambda view: faults_on(space, self.bus, view), MOST_CASES, self.given)
-        self.faults = faults[0].value if faults is not None and len(faults) == 1 else None
         messages = [found for number in range(len(space.connections)) if (found := self._message(number)) is not None]
-        times = sorted(
-            {
-                item.limit_ns
-                for message in messages
-                if message.number in self.guards
-                for _, item in message.cases
-                if item.limit_ns is not None
-            }
-        )
+        limits = [item.limit_ns for message in messages for _, item in message.cases]
+        limits += [rider.limit_ns for message in messages for rider in message.riders if rider.number in self.guards]
+        times = sorted({limit for limit in limits if limit is not None})
         for time in times if len(times) <= MOST_TIMES else times[:: -(-len(times) // MOST_TIMES)]:
             look_at_the_clock()
             self._add_time(messages, time, bit, where)
@@ -176,6 +195,22 @@ class _OnBus:
         form = sum(work * literal for work, literal in parts)
         board.model.add(variable >= least + form).only_enforce_if(board.options[decision][option])
 
+    def add_blocking(self, number: int, least: Any, variable: Any, scale: int) -> None:
+        """Add rows for this type of the bus that the longest other frame has begun, or goes first."""
+        board = self.board
+        where = [board.options[decision][option] for decision, option in self.given.items()]
+        ranges = tabulate(board.space, self._range, MOST_CASES, self.given)
+        if ranges is None or any(case.value is None for case in ranges):
+            return
+        for other in range(len(board.space.connections)):
+            message = self._message(other) if other != number else None
+            if message is None:
+                continue
+            apart_from = [rider.literal.negated() for rider in message.riders if rider.number == number]
+            riders = [rider for rider in message.riders if rider.number != number]
+            form = floor(_section(message) * scale) + sum(floor(one.extra_ns * scale) * one.literal for one in riders)
+            board.model.add(variable >= least + form).only_enforce_if([*where, message.own, *apart_from])
+
     def _goes_first(self, other: _Message, own: _Message) -> Any:
         """A literal that is true only where the number of another message is lower than that of one; None: never."""
         board = self.board
@@ -194,30 +229,52 @@ class _OnBus:
         item = space.connections[number]
         if set(leaves(item.bus)) != {self.bus} or self.bus not in may_wait_for(space, number):
             return None
+        if not has_own_message(space, number):
+            return None
+        given = apart(space, number, self.given)
+        always = frame_numbers(space, item, PartialView({**space.fixed, **given})) if item.riders else [number]
+        limited = [one for one in always if one in self.guards]
 
         def formula(view: View) -> Candidate:
             (task,) = released_undelayed(space, view, [(number, "message")]).values()
-            return candidate_of(space, self.bus, number, view, task)
+            limits = [limit for one in limited if (limit := limit_ns(space, self.bus, one, view)) is not None]
+            made = candidate_of(space, self.bus, number, view, task)
+            return replace(made, limit_ns=min(limits, default=None))
 
-        cases = tabulate(space, formula, MOST_CASES, self.given)
+        cases = tabulate(space, formula, MOST_CASES, given)
         if not cases or any(case.value.task is None for case in cases):
             return None
-        guard = self.guards.get(number)
-        numbers = board.short_table(lambda view: at(item.identifier, view), MOST_CASES)
+        own, riders = own_literal(board, number), riders_of(board, self.bus, number, given)
+        numbers = self._numbers(number, given)
+        full = tabulate(space, lambda view: longest_frame_ns(space, self.bus, view), MOST_CASES, given) or []
+        ends = [case.value for case in full if case.value is not None]
+        longest = max(case.value.last_ns for case in cases) + sum(rider.extra_ns for rider in riders)
+        guards = [guard for one in limited if (guard := self.guards[one]) is not None]
         return _Message(
             number,
-            None if guard is None else board.model.get_int_var_from_proto_index(guard),
-            board.named(cases, self.given),
-            [(literal, value) for literal, value in numbers or [] if isinstance(value, int)],
+            [board.model.get_int_var_from_proto_index(guard) for guard in guards],
+            board.named(cases, given),
+            [(board.all_of([own, literal]), value) for literal, value in numbers or () if isinstance(value, int)],
+            own,
+            riders,
+            max(ends) if riders and len(ends) == len(full) > 0 else longest,
         )
+
+    def _numbers(self, number: int, given: Given) -> list[tuple[Any, Any]] | None:
+        """The identifiers that a message of its own may have, each with a literal."""
+        item = self.board.space.connections[number]
+        if item.carried_in is None:
+            return self.board.short_table(lambda view: at(item.identifier, view), MOST_CASES)
+        cases = tabulate(self.board.space, lambda view: at(item.identifier, view), MOST_CASES, given)
+        return None if cases is None else self.board.named(cases, given)
 
     def _add_time(self, messages: Sequence[_Message], time: Exact, bit: Exact, where: Sequence[Any]) -> None:
         """Add one row for each interval of times up to `time`."""
         board = self.board
-        due = [message for message in messages if message.number in self.guards and message.is_due(time)]
+        due = [message for message in messages if message.may_be_due(time, self.guards)]
         beside = [message for message in messages if message not in due]
         needed = self._some_due(due, time)
-        last = max(item.last_ns for message in due for _, item in message.is_due(time))
+        last = max(message.last_ns(time) for message in due)
         ends = self._ends(due, time, last, bit)
         chosen = [board.true] if len(ends) == 1 else [board.model.new_bool_var("") for _ in ends]
         if len(ends) > 1:
@@ -225,15 +282,20 @@ class _OnBus:
         before = self._before(due, beside, time)
         blocker = max(beside, key=lambda message: (_section(message), message.lowest), default=None)
         scale = _scale([item for message in messages for _, item in message.cases])
-        always = [_section(message) for message in due if len(message.is_due(time)) == len(message.cases)]
-        faults = with_frame(self.faults, max(always, default=min(map(_section, due))))
+        blocked = self._blocked([message for message in beside if message.number not in before], scale, where)
+        blocker = blocker if blocked is None else None
+        counted = [self._due_parts(message, time) for message in due]
         for (begin, end), literal in zip(ends, chosen, strict=True):
-            hits = 0 if faults is None else jobs_by(faults, begin) * faults.worst_ns
-            begun = 0 if blocker is None else _section(blocker)
-            row = _Row(board, floor((begun + hits) * scale), floor(end * scale))
-            for message in due:
-                for case, item in message.is_due(time):
-                    row.add(case, self._work(item, begin, last, bit, own=True), scale)
+            row = _Row(board, 0, floor(end * scale), blocked)
+            if blocker is not None:
+                row.add(blocker.own, _section(blocker), scale)
+            for cases, riders in counted:
+                works = [self._work(item, begin, last, bit, own=True) for _, item in cases]
+                for (case, _), work in zip(cases, works, strict=True):
+                    row.add(case, work, scale)
+                jobs = min(_jobs(item, work) for work, (_, item) in zip(works, cases, strict=True))
+                for rider, extra_ns in riders:
+                    row.add(rider, jobs * extra_ns, scale)
             for message in beside:
                 if message.number in before:
                     least = min(self._work(item, begin, last, bit, own=False) for _, item in message.cases)
@@ -241,10 +303,46 @@ class _OnBus:
                     row.add(before[message.number], least, scale)
             row.demand([*where, *needed, literal])
 
+    def _blocked(self, beside: Sequence[_Message], scale: int, where: Sequence[Any]) -> tuple[Any, int] | None:
+        """A variable that is as long as the longest of some frames at least, and its greatest value.
+
+        In 1 / `scale` ns, where all the literals in `where` are true; None where nothing may be carried in the frames,
+        whose lengths are known then.
+        """
+        if not any(message.riders for message in beside):
+            return None
+        model, most = self.board.model, floor(max(message.longest_ns for message in beside) * scale)
+        variable = model.new_int_var(0, most, "")
+        for message in beside:
+            form = floor(_section(message) * scale) * message.own
+            form += sum(floor(rider.extra_ns * scale) * rider.literal for rider in message.riders)
+            model.add(variable >= form).only_enforce_if(where)
+        return variable, most
+
+    def _due_parts(self, message: _Message, time: Exact) -> tuple[list[tuple[Any, Candidate]], list[tuple[Any, Exact]]]:
+        """The cases of a message in which it is due by a time, and what is carried in it then, each with a literal."""
+        board = self.board
+        by_rider = [rider.literal for rider in due_riders(message.riders, time, self.guards)]
+        if message.is_always_due(time):
+            is_due = message.own
+        elif by_rider:
+            cases = [board.all_of([message.own, case]) for case, _ in message.is_due(time)]
+            is_due = board.any_of([*cases, *by_rider])
+            cases = [(board.all_of([is_due, case]), item) for case, item in message.cases]
+            return cases, [(board.all_of([is_due, one.literal]), one.extra_ns) for one in message.riders]
+        else:
+            is_due = board.any_of(case for case, _ in message.is_due(time))
+        cases = [(board.all_of([message.own, case]), item) for case, item in message.is_due(time)]
+        return cases, [(board.all_of([is_due, one.literal]), one.extra_ns) for one in message.riders]
+
     def _some_due(self, due: Sequence[_Message], time: Exact) -> list[Any]:
         """Literals that are true where all these limits are asked for, and one of the messages is due."""
-        guards = [message.guard for message in due if message.guard is not None]
-        if any(len(message.is_due(time)) == len(message.cases) for message in due):
+        limited = [guard for message in due for guard in message.guards]
+        for rider in (rider for message in due for rider in due_riders(message.riders, time, self.guards)):
+            guard = self.guards[rider.number]
+            limited += [] if guard is None else [self.board.model.get_int_var_from_proto_index(guard)]
+        guards = list({guard.index: guard for guard in limited}.values())
+        if any(message.is_always_due(time) for message in due):
             return guards
         return [*guards, self.board.any_of(case for message in due for case, _ in message.is_due(time))]
 
@@ -267,7 +365,7 @@ class _OnBus:
     def _work(self, item: Candidate, begin: Exact, last: Exact, bit: Exact, *, own: bool) -> Exact:
         """The least that a message takes before the last ends, at some time after `begin`; its `own` job alone, too."""
         assert item.task is not None
-        if own and item.limit_ns is not None and begin < item.limit_ns:
+        if own and (item.limit_ns is None or begin < item.limit_ns):
             return item.task.worst_ns
         window = begin - last + bit  # that of the last one is longer
         return (jobs_by(item.task, window) if window >= 0 else 1) * item.task.worst_ns
@@ -275,7 +373,7 @@ class _OnBus:
     def _before(self, due: Sequence[_Message], beside: Sequence[_Message], time: Exact) -> dict[int, Any]:
         """A literal for each message in `beside`, true where it goes before the last message that is due."""
         board = self.board
-        sure = [message for message in due if len(message.is_due(time)) == len(message.cases)]
+        sure = [message for message in due if message.is_always_due(time)]
         key = (*(message.number for message in sure), -1, *(message.number for message in beside))
         if key in self.chain:
             return self.chain[key]
@@ -305,10 +403,10 @@ class _OnBus:
 
 
 class _Row:
-    """constant + sum of coefficient * literal <= most."""
+    """constant + sum of coefficient * literal <= most; `blocked` is a variable on top, with its greatest value."""
 
-    def __init__(self, board: Board, constant: int, most: int) -> None:
-        self.board, self.constant, self.most = board, constant, most
+    def __init__(self, board: Board, constant: int, most: int, blocked: tuple[Any, int] | None = None) -> None:
+        self.board, self.constant, self.most, self.blocked = board, constant, most, blocked
         self.parts: dict[int, tuple[Any, int]] = {}
 
     def add(self, literal: Any, work: Exact, scale: int) -> None:
@@ -322,15 +420,22 @@ class _Row:
 
     def demand(self, where: Sequence[Any]) -> None:
         """The row where all these literals are true."""
-        total = sum(counted for _, counted in self.parts.values())
+        total = sum(counted for _, counted in self.parts.values()) + (self.blocked[1] if self.blocked else 0)
         if self.constant + total <= self.most or self.constant + total >= EXACT_LIMIT:
             return
         held = [literal for literal in where if literal.index != self.board.true.index]
         if self.constant > self.most:
             self.board.forbid(held)
             return
-        form = sum(counted * literal for literal, counted in self.parts.values())
+        form: Any = sum(counted * literal for literal, counted in self.parts.values())
+        form = form if self.blocked is None else form + self.blocked[0]
         self.board.model.add(form <= self.most - self.constant).only_enforce_if(held)
+
+
+def _jobs(item: Candidate, work: Exact) -> int:
+    """How many jobs of a message such work is."""
+    assert item.task is not None
+    return int(work // item.task.worst_ns)
 
 
 def _section(message: _Message) -> Exact:

@@ -28,7 +28,7 @@ def wrong_expressions(text: str) -> Iterator[tuple[int, str]]:
     >>> list(wrong_expressions("const long A = 1 << 3; const long B = 1 << 99999999999;"))
     [(1, 'a number is shifted by at most 63, as `<< 63`')]
     """
-    plain = _COVER.sub(lambda found: re.sub(r"[^\n]", " ", found[0]), text)
+    plain = _COVER.sub(lambda match: re.sub(r"[^\n]", " ", match[0]), text)
     bits: dict[str, int] = {}
     line = 1
     for statement in re.split(r"[;{}]", plain):
@@ -38,21 +38,21 @@ def wrong_expressions(text: str) -> Iterator[tuple[int, str]]:
             yield first, "parentheses are not read here: state the value"
         if _NESTED.search(statement):
             yield first, "a sequence of sequences is not read here: give the inner one a struct"
-        found = 0
+        match = 0
         for part in _PART.finditer(statement):
             if part["shift"]:
                 by = part["by"]
                 if not (by.isdecimal() and len(by) < 4 and int(by) <= MOST_SHIFTED):
                     yield first, f"a number is shifted by at most {MOST_SHIFTED}, as `<< {MOST_SHIFTED}`"
-                found += MOST_SHIFTED
+                match += MOST_SHIFTED
             elif part["number"]:
-                found += 4 * len(part["number"])
+                match += 4 * len(part["number"])
             else:
-                found += bits.get(part["name"], 0)
-        if found > MOST_BITS:
+                match += bits.get(part["name"], 0)
+        if match > MOST_BITS:
             yield first, "the numbers of this statement are too large"
-            found = MOST_BITS
+            match = MOST_BITS
         named, is_stated, _ = statement.partition("=")
         if is_stated and "const" in named:
             name = named.split()[-1]
-            bits[name] = max(found, bits.get(name, 0))
+            bits[name] = max(match, bits.get(name, 0))

@@ -20,27 +20,29 @@ def conflicts_of(asked: Problem, wishes: Wishes) -> tuple[tuple[Conflict, ...], 
     time are left out.
     """
     explainer = Explainer.of(asked, wishes, time.monotonic(), is_brief=True)
-    found = explainer.explanation()
-    alone = {(item.demand.text, item.demand.origin): item for item in _alone(explainer, found)}
+    explanation = explainer.explanation()
+    alone = {(item.demand.text, item.demand.origin): item for item in _alone(explainer, explanation)}
     conflicts = []
-    for conflict in found.conflicts:
+    for conflict in explanation.conflicts:
         clashes = []
         for demand, _ in conflict.members:
             item = alone.get((demand.text, demand.origin))
             clashes.append(_clash(item) if item is not None else Clash(demand.text, demand.origin, is_sought=False))
         conflicts.append(Conflict(tuple(clashes), conflict.by_waiting))
-    together = found.give_up.members if found.give_up and not any(item.helps for item in alone.values()) else ()
+    together = (
+        explanation.give_up.members if explanation.give_up and not any(item.helps for item in alone.values()) else ()
+    )
     return tuple(conflicts), tuple(_clash(item) for item in together)
 
 
-def _alone(explainer: Explainer, found: Explanation) -> Iterator[Relaxation]:
+def _alone(explainer: Explainer, explanation: Explanation) -> Iterator[Relaxation]:
     """The relaxation of each member of a conflict alone: by how much its limit has to move for a design to exist.
 
     That is told, too, of a member that the file demands together with others in one statement.
     """
     members = explainer.oracle.members
-    named = {demand for conflict in found.conflicts for demand, _ in conflict.members}
-    for item in found.relaxations:
+    named = {demand for conflict in explanation.conflicts for demand, _ in conflict.members}
+    for item in explanation.relaxations:
         if not item.together:
             yield item
             continue

@@ -155,10 +155,10 @@ class _RobustRun:
             for design in (*nominal.points.values(), *robust.points.values()):
                 self.question.expect(design)
         robust = self._robust(nominal, robust)
-        found = self._result(nominal, robust)
-        judged = with_verdicts(found.robust, started=self.started, limit=self.limit)
+        result = self._result(nominal, robust)
+        judged = with_verdicts(result.robust, started=self.started, limit=self.limit)
         wall_s = round(time.monotonic() - self.started, 3)
-        return replace(found, robust=replace(judged, search=replace(judged.search, wall_s=wall_s)))
+        return replace(result, robust=replace(judged, search=replace(judged.search, wall_s=wall_s)))
 
     def _robust(self, nominal: FrontSearch, known: FrontSearch) -> FrontSearch:
         """Search what is open, until all that is found is robust, or time is up."""
@@ -214,8 +214,8 @@ class _RobustRun:
         fronts: list[Result] = []
         for search, is_robust in ((nominal, False), (robust, True)):
             evaluator = question.evaluator() if is_robust else question.nominal()
-            found = result_of(replace(asked, robust=is_robust), evaluator, search, self.budget, under_way=under_way)
-            fronts.append(found if under_way else ranked_by(found, "ideal"))
+            result = result_of(replace(asked, robust=is_robust), evaluator, search, self.budget, under_way=under_way)
+            fronts.append(result if under_way else ranked_by(result, "ideal"))
         judged = [point for point in fronts[0].front if not under_way and question.is_judged(point.design)]
         failures = tuple(failure for point in judged for failure in question.failures(point.id, point.design))
         unjudged = tuple(point.id for point in fronts[0].front if point not in judged)

@@ -82,12 +82,12 @@ def reaches(
         for bound in bounds
     ]
 
-    def found(variable: Variable) -> tuple[OutputComparison, ...]:
+    def reached_by(variable: Variable) -> tuple[OutputComparison, ...]:
         if not function.applies or variable.index in nearby.program.deciding:
             return tuple(bounds)
         return tuple(bound for bound, indices in zip(bounds, inside, strict=True) if variable.index in indices)
 
-    return found
+    return reached_by
 
 
 def _sides(function: DesignFunction, bound: OutputComparison) -> list[int]:

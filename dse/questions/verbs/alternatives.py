@@ -82,17 +82,17 @@ def with_further_designs(
         unknown = tuple(FurtherDesigns(point.id, within, (), None) for point in result.front[:top] for within in shares)
         return replace(result, others=unknown, others_asked=_asked(result, count, share, top))
     front = [point.design for point in result.front]
-    found: list[FurtherDesigns] = []
+    further: list[FurtherDesigns] = []
     with stop_on_interrupt(finder.stop):
         for point in result.front[:top]:
             objectives = [point.objectives[info.name] for info in result.objectives]
             ties = finder.near(objectives, point.design, count)
-            found.append(_others(result, evaluator, point, ties, Fraction(0), 1))
+            further.append(_others(result, evaluator, point, ties, Fraction(0), 1))
             if share is not None:
                 known = [*front, *(design for design, _ in ties.designs)]
                 near = finder.near(objectives, point.design, count, share, known)
-                found.append(_others(result, evaluator, point, near, share, len(ties.designs) + 1))
-    found_all = replace(result, others=tuple(found), others_asked=_asked(result, count, share, top))
+                further.append(_others(result, evaluator, point, near, share, len(ties.designs) + 1))
+    found_all = replace(result, others=tuple(further), others_asked=_asked(result, count, share, top))
     return with_verdicts(found_all, started=started, limit=limit)
 
 
@@ -118,11 +118,11 @@ def read_share(text: str) -> Fraction:
 
 
 def _others(
-    result: Result, evaluator: Evaluator, point: Point, found: Neighbourhood, within: Fraction, first: int
+    result: Result, evaluator: Evaluator, point: Point, neighbourhood: Neighbourhood, within: Fraction, first: int
 ) -> FurtherDesigns:
     names = [info.name for info in result.objectives]
     designs = []
-    for number, (design, _) in enumerate(found.designs, start=first):
+    for number, (design, _) in enumerate(neighbourhood.designs, start=first):
         objectives = dict(zip(names, evaluator.evaluate(design).objectives, strict=True))
         designs.append(
             FurtherDesign(
@@ -136,7 +136,7 @@ def _others(
                 different=len(changes_between(result.space, point.design, design)),
             )
         )
-    return FurtherDesigns(point.id, within, tuple(designs), found.more)
+    return FurtherDesigns(point.id, within, tuple(designs), neighbourhood.more)
 
 
 def _dominating(result: Result, objectives: dict[str, int]) -> Iterator[int]:

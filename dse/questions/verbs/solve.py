@@ -185,11 +185,11 @@ def _points(evaluator: Evaluator, search: FrontSearch, *, under_way: bool) -> tu
     space = evaluator.space
     names = [measure.metric.name for measure in evaluator.objectives]
     is_claimed = under_way and not evaluator.is_slow
-    found = [
+    points = [
         (vector if is_claimed else evaluator.evaluate(design).objectives, design)
         for vector, design in search.points.items()
     ]
-    rows = ranked(found, [objective.sense for objective in space.objectives])
+    rows = ranked(points, [objective.sense for objective in space.objectives])
     return tuple(
         Point(
             id=number,

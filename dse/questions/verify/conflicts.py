@@ -151,12 +151,12 @@ class _Court:
         members: list[Demand] = []
         for position, item in enumerate(stated):
             meant = (item["text"], self._place(item["origin"]))
-            found = [demand for demand in self.demands if (demand.text, self._place(demand.origin)) == meant]
-            found = [demand for demand in found if not _among(demand, members)] or found
-            if not found:
+            demands = [demand for demand in self.demands if (demand.text, self._place(demand.origin)) == meant]
+            demands = [demand for demand in demands if not _among(demand, members)] or demands
+            if not demands:
                 self.bench.find(f"{place}[{position}]", f"nothing in the question says {item['text']!r}")
                 return None
-            members.append(found[0])
+            members.append(demands[0])
         return members
 
     def _statement(self, place: str, item: Mapping[str, Any]) -> Sequence[Demand]:
@@ -319,8 +319,8 @@ def _limit(space: Space, member: Requirement, operator: Operator, shown: Fractio
     """The requirement with another operator and limit, in the unit of `_own_limit`."""
     moved = replace(member, operator=operator)
     if member.is_share:
-        found = build_limit(space, replace(moved, limit=replace(member.limit, value=shown / PPM)))
-        return replace(found, cores=None) if member.operator == "==" else found
+        share = build_limit(space, replace(moved, limit=replace(member.limit, value=shown / PPM)))
+        return replace(share, cores=None) if member.operator == "==" else share
     limit = build_limit(space, moved)
     if member.metric.key == "deadline":
         return replace(limit, bound=lambda view: limit.bound(view) + shown)

@@ -45,8 +45,8 @@ class CoreJury:
         OutOfTime
             when a limit of time (`dse.support.timelimit.until`) is up.
         """
-        found = judge(self.referee, design)
-        return replace(found, is_open=bool(found.broken and self.free))
+        verdict = judge(self.referee, design)
+        return replace(verdict, is_open=bool(verdict.broken and self.free))
 
     def restated(self, design: Design, stated: Mapping[str, Any]) -> Contended:
         """The verdict on a design as `stated` has it, as far as the analysis alone confirms it.
@@ -64,8 +64,8 @@ class CoreJury:
         for name, option in named.items():
             options = self.space.decisions[known[name]].options
             chosen[known[name]] = options.index(option) if option in options else INACTIVE
-        found = self.evaluator.evaluate(tuple(chosen.values()))
-        return replace(own, is_open=False, decisions=self.chosen(found.design)) if found.is_feasible else own
+        evaluation = self.evaluator.evaluate(tuple(chosen.values()))
+        return replace(own, is_open=False, decisions=self.chosen(evaluation.design)) if evaluation.is_feasible else own
 
     def whole(self, design: Design) -> Design:
         """The design with an entry for each decision of `space`.
@@ -94,7 +94,7 @@ def stated_verdicts(result: Result, data: Mapping[str, Any], path: str | Path) -
         when the file says otherwise.
     """
     counted = with_contention(result.space)
-    found: dict[str, Contended] = {}
+    verdicts: dict[str, Contended] = {}
     jury = None if counted is None else CoreJury(counted)
     designs = {str(point.id): point.design for point in result.front}
     designs |= {sibling.id: sibling.design for others in result.others for sibling in others.designs}
@@ -105,12 +105,12 @@ def stated_verdicts(result: Result, data: Mapping[str, Any], path: str | Path) -
             raise UsageError(f"{path}: alternative {number} has other cores than the result says")
         if jury is None or stated is None or stated == NOT_JUDGED:
             continue
-        found[number] = jury.restated(designs[number], stated)
-        if written(Contended, found[number]) != stated:
+        verdicts[number] = jury.restated(designs[number], stated)
+        if written(Contended, verdicts[number]) != stated:
             raise UsageError(
                 f"{path}: alternative {number} meets other requirements with response times than the result says"
             )
-    return found
+    return verdicts
 
 
 def placed_as(space: Space, design: Design, item: Mapping[str, Any]) -> dict[str, Any]:
@@ -123,7 +123,7 @@ def placed_as(space: Space, design: Design, item: Mapping[str, Any]) -> dict[str
 
 def listed_designs(data: Mapping[str, Any]) -> list[tuple[str, Mapping[str, Any]]]:
     """Every design that the data of a result list, with its place."""
-    found = [(f"front[{at}]", item) for at, item in enumerate(data["front"])]
+    designs = [(f"front[{at}]", item) for at, item in enumerate(data["front"])]
     for position, others in enumerate(data.get("others", [])):
-        found += [(f"others[{position}].designs[{at}]", item) for at, item in enumerate(others["designs"])]
-    return found
+        designs += [(f"others[{position}].designs[{at}]", item) for at, item in enumerate(others["designs"])]
+    return designs

@@ -69,15 +69,15 @@ def check_contention(bench: Bench, method: Method, deadline: float | None) -> No
 def _is_refuted(bench: Bench, place: str, jury: CoreJury, design: Design, means: tuple[Method, float | None]) -> bool:
     """Whether the second proof confirms that a design holds on no cores; notes what it finds else."""
     try:
-        found = _holds_elsewhere(jury, design, *means)
+        holds = _holds_elsewhere(jury, design, *means)
     except (TooLarge, TooMany) as error:
         bench.left_open.append(f"{place}: that no cores hold could not be proved again: {error}")
         return False
-    if found:
+    if holds:
         bench.find(f"{place}.status", "is stated as 'broken', but there are cores on which every requirement holds")
-    if found is None:
+    if holds is None:
         bench.left_open.append(f"{place}: that no cores hold was not proved again: the time was too short")
-    return found is False
+    return holds is False
 
 
 def _holds_elsewhere(jury: CoreJury, design: Design, method: Method, deadline: float | None) -> bool | None:

@@ -63,12 +63,12 @@ def _verify_with(
         said = ("whether it has every field, each of its kind",)
         return Verification(name, "(it was not read)", "rejected", tuple(wrong[:MOST_FINDINGS]), said)
     with until(limit):
-        found = belonging(data, name, problem)
-        bench = _checked(data, found, name, ProofMeans(robust, method, limit))
+        origin = belonging(data, name, problem)
+        bench = _checked(data, origin, name, ProofMeans(robust, method, limit))
     status = "rejected" if bench.findings else "unfinished" if bench.left_open else "verified"
     return Verification(
         result=name,
-        problem="the problem that the result itself carries" if found.is_carried else str(found.problem.loaded.path),
+        problem="the problem that the result itself carries" if origin.is_carried else str(origin.problem.loaded.path),
         status=status,  # type: ignore[arg-type]
         findings=tuple(bench.findings),
         checked=tuple(bench.checked),
@@ -99,9 +99,9 @@ class ProofMeans:
     limit: TimeLimit
 
 
-def _checked(data: Mapping[str, Any], found: Belonging, name: str, means: ProofMeans) -> Bench:
+def _checked(data: Mapping[str, Any], origin: Belonging, name: str, means: ProofMeans) -> Bench:
     """All checks, one after the other; later ones need what earlier ones found sound."""
-    bench = Bench(data, found.problem, has_moved=not found.is_same_text or _is_of_a_model(found))
+    bench = Bench(data, origin.problem, has_moved=not origin.is_same_text or _is_of_a_model(origin))
     method, limit = means.method, means.limit
     checks: dict[str, Callable[[], None]] = {
         "the question": lambda: _check_question(bench),
@@ -117,8 +117,8 @@ def _checked(data: Mapping[str, Any], found: Belonging, name: str, means: ProofM
     }
     waiting = dict(checks)
     try:
-        _check_problem(bench, found, name)
-        if found.differs:
+        _check_problem(bench, origin, name)
+        if origin.differs:
             return bench  # nothing else would agree
         for what, check in checks.items():
             limit.check()
@@ -131,9 +131,9 @@ def _checked(data: Mapping[str, Any], found: Belonging, name: str, means: ProofM
     return bench
 
 
-def _is_of_a_model(found: Belonging) -> bool:
+def _is_of_a_model(origin: Belonging) -> bool:
     """Whether the result carries what was imported, whose lines are not those of the model."""
-    return found.is_carried and found.problem.loaded.spec.imported is not None
+    return origin.is_carried and origin.problem.loaded.spec.imported is not None
 
 
 def _check_robust(bench: Bench, means: ProofMeans) -> None:
@@ -151,18 +151,18 @@ def _check_costs(bench: Bench, means: ProofMeans) -> None:
         bench.witness.check(bench, means.method, means.limit.deadline)
 
 
-def _check_problem(bench: Bench, found: Belonging, name: str) -> None:
+def _check_problem(bench: Bench, origin: Belonging, name: str) -> None:
     """Check that the problem means what the solved one meant, and that what the result says of its files is true."""
     stated = bench.data["problem"]
-    for text in found.differs:
+    for text in origin.differs:
         bench.find("problem.identity", f"{bench.problem.loaded.path} is not the problem that was solved: {text}")
-    if found.is_carried:
-        lacking = f"{', '.join(found.absent)}, which {stated['file']} names," if found.absent else ""
+    if origin.is_carried:
+        lacking = f"{', '.join(origin.absent)}, which {stated['file']} names," if origin.absent else ""
         bench.left_open.append(
             f"{lacking or 'the problem file ' + stated['file']} is not there: this is what the result itself carries, "
             "and a forgery of both would pass"
         )
-    if not found.is_carried and not found.is_same_text and not found.differs:
+    if not origin.is_carried and not origin.is_same_text and not origin.differs:
         bench.remarks.append(f"{bench.problem.loaded.path} has changed since, in comments, layout or paths only")
     try:
         carried = carried_problem(bench.data, name)
@@ -311,9 +311,11 @@ class RobustWitness:
         Sentences with requirement, value and unit. An empty list means: proved over the whole ranges, and no sampled
         place contradicts the proof.
         """
-        found = self.question.failures(0, design)
-        if found:
-            return [f"violates {item.requirement!r} for some stated values: {item.value} {item.unit}" for item in found]
+        failures = self.question.failures(0, design)
+        if failures:
+            return [
+                f"violates {item.requirement!r} for some stated values: {item.value} {item.unit}" for item in failures
+            ]
         self.question.expect(design)
         return self._seen_broken(design)
 

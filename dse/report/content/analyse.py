@@ -230,7 +230,7 @@ def _usage(analysis: Analysis) -> Iterator[Block]:
         yield Plot("usage", partial(usage_chart, records), USAGE)
     yield from usage_tables(analysis)
     budgets = [usage.budget for usage in analysis.buses if usage.budget is not None]
-    yield from listing([f"{item.severity}: {item.text}" for found in budgets for item in found.findings], "OSATE", 0)
+    yield from listing([f"{item.severity}: {item.text}" for budget in budgets for item in budget.findings], "OSATE", 0)
     yield from resource_blocks(analysis)
     yield from busy_timelines(analysis.responses)
     yield from bus_timelines(analysis.messages)

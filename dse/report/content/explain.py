@@ -318,14 +318,14 @@ def _tell_designs(say: _Teller, explanation: Explanation) -> None:
         for message in example.late_messages:
             say.item(late_message_words(message), 1 + int(several))
         for delayed in example.delayed:
-            say.item(delayed_words(delayed), 1 + int(several))
+            say.item(delayed_words(delayed), 1 + int(several), ROOM)
         for text in boundary_words(example.boundaries):
             say.item(f"on one clock, {text.removesuffix('.')}", 1 + int(several))
         if example.shorter:
             say.item(f"it meets every requirement with {shorter_words(example.shorter)}", 1 + int(several))
     if several and len(differing) < len(names):
         shared = _decisions(designs[0], [name for name in names if name not in differing])
-        say.item(f"same in all of them: {shared}", told=ROOM)
+        say.item(f"same in every design: {shared}", told=ROOM)
 
 
 def _decisions(design: Mapping[str, str], names: Sequence[str]) -> str:

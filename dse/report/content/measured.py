@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterator
 from fractions import Fraction
 from functools import partial
-from typing import Any
 
 from dse.answers.measured import Input, Kept, MeasuredComparison, Prediction, Seen
 from dse.answers.tables.display import counted, display_unit
 from dse.report.amounts import amount_words
 from dse.report.page import Block, Page, Plot, Section, Table, Tone, listing, texts
-from dse.report.plots.front import Spec, whole_spec
+from dse.report.plots.canvas import Drawing
+from dse.report.plots.charts import Bar, Row, rows_chart
 from dse.report.words.basis import scale_of
 from dse.support.units import is_unbounded
 
@@ -153,41 +153,23 @@ def _beyond(item: Prediction, currency: str) -> str:
     return f"{item.name}: {', '.join([f'{amount_words(item.beyond, item.unit, currency, DIGITS)} beyond', *said])}"
 
 
-def _ranges(items: tuple[Prediction, ...], currency: str) -> Spec:
+def _ranges(items: tuple[Prediction, ...], currency: str) -> Drawing:
     factor, unit = display_unit(items[0].unit, currency)
-    rows: list[dict[str, Any]] = [
-        {
-            "row": number,
-            "label": item.name,
-            "low": float((item.low or 0) / factor),
-            "high": None if is_unbounded(item.high) else float(item.high / factor),
-            "least": float(item.seen.low / factor),
-            "most": float(item.seen.high / factor),
-            "mean": None if item.seen.mean is None else float(item.seen.mean / factor),
-        }
-        for number, item in enumerate(items)
-    ]
-    row = {"field": "label", "type": "nominal", "title": None, "sort": {"field": "row"}, "axis": {"labelLimit": 300}}
-    across = {"type": "quantitative", "title": f"predicted (bar), measured (line, mean) [{unit}]"}
-    layers: list[Spec] = [
-        {
-            "transform": [{"filter": "datum.high !== null"}],
-            "mark": {"type": "bar", "color": "var(--c1)", "opacity": 0.5, "height": 14},
-            "encoding": {"y": row, "x": {**across, "field": "low"}, "x2": {"field": "high"}},
-        },
-        {
-            "mark": {"type": "rule", "color": "var(--c2)", "strokeWidth": 3},
-            "encoding": {"y": row, "x": {**across, "field": "least"}, "x2": {"field": "most"}},
-        },
-        {
-            "mark": {"type": "tick", "color": "var(--c2)", "thickness": 2, "size": 12},
-            "encoding": {"y": row, "x": {**across, "field": "most"}},
-        },
-        {
-            "transform": [{"filter": "datum.mean !== null"}],
-            "mark": {"type": "tick", "color": "var(--accent)", "thickness": 2, "size": 12},
-            "encoding": {"y": row, "x": {**across, "field": "mean"}},
-        },
-    ]
-    spec = {"data": {"values": rows}, "layer": layers, "height": 30 * len(rows) + 20}
-    return whole_spec(spec, "Predicted and measured ranges of each metric, with the mean of what was measured.")
+    rows = []
+    for item in items:
+        low, high, least, most = (
+            None if is_unbounded(value) else float(value / factor)
+            for value in (item.low or 0, item.high, item.seen.low, item.seen.high)
+        )
+        bars = (
+            []
+            if low is None or high is None
+            else [Bar(low, high, "f-c1 pale", f"predicted {low:g} to {high:g} {unit}")]
+        )
+        if least is not None and most is not None:
+            bars.append(Bar(least, most, "f-c2", f"measured {least:g} to {most:g} {unit}", height=3))
+        mean = None if item.seen.mean is None else float(item.seen.mean / factor)
+        marks = () if mean is None else ((mean, "l-c2 two", f"mean {mean:g} {unit}"),)
+        rows.append(Row(item.name, tuple(bars), marks))
+    words = "Predicted and measured ranges of each metric, with the mean of what was measured."
+    return rows_chart(rows, f"predicted (bar), measured (line, mean) [{unit}]", words)

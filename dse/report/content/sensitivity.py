@@ -7,12 +7,14 @@ from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from fractions import Fraction
 from functools import partial
+from math import floor
 
+from dse.answers.ranking.kinds import shortest_names
 from dse.answers.ranking.variants import varying
 from dse.answers.tables.display import counted, display_unit, figure, readable, titled
-from dse.report.amounts import MOST_ROWS, Data, decisions_text, figure_text, number_of
+from dse.report.amounts import MOST_ROWS, Data, decisions_text, figure_text, number_of, safe_text
 from dse.report.page import NOTHING, Block, Plot, Section, Table, Text, few, listing, texts
-from dse.report.plots.front import Spec
+from dse.report.plots.canvas import Drawing
 from dse.report.plots.study import shares, tornado
 from dse.report.words.basis import scale_of
 from dse.report.words.contention import study_counting_words
@@ -47,7 +49,8 @@ def sensitivity_sections(data: Data) -> Iterator[Section]:
     margins += texts(study_counting_words(data))
     margins.append(_margin_table(data, currency))
     margins += texts(_free_words(data))
-    margins += texts(scaling_words(data["execution_times"]) if data["execution_times"] else "", tone="strong")
+    if scaling := data["execution_times"]:
+        margins.append(Text(scaling_words(scaling), "strong", scaling_words(scaling, is_brief=True)))
     margins += texts(_left_out_words(data["left_out"]) if data.get("left_out") else "", tone="strong")
     breaks = (item[end]["requirement"] for item in data["margins"] for end in ("below", "above") if item[end])
     margins += texts(scale_of([*breaks, *(bar["metric"] for bar in data["tornado"])]))
@@ -107,17 +110,19 @@ def _unbounded_words(metrics: Sequence[str]) -> str:
     return f"Unbounded for some of the stated values, so that nothing explains their variation: {named}."
 
 
-def scaling_words(scaling: Data) -> str:
+def scaling_words(scaling: Data, *, is_brief: bool = False) -> str:
     """The largest factor on all execution times, in words; `scaling` is ``execution_times`` of the data.
 
-    The factor as a decimal number, exact where it is short, and the utilisation of each processor at it in % of one
-    core.
+    The factor as a decimal number, exact where it is short (in brief with three decimals, rounded down), and the
+    utilisation of each processor at it in % of one core.
     """
     if scaling["factor"] is None:
         return f"All execution times together: no requirement is violated up to {scaling['searched_to']} times."
     factor = Fraction(scaling["factor"])
     text = f"{float(factor):.9g}"
-    if scaling["exact"] and Fraction(text) != factor:
+    if is_brief and factor >= 1:
+        text = f"{floor(factor * 1000) / 1000:.9g}"
+    elif scaling["exact"] and Fraction(text) != factor:
         text = f"{factor} = {text}…" if factor.denominator < 10**4 else f"{text}… (an exact fraction, rounded here)"
     alone = f" (by {scaling['thread']} alone)" if scaling["thread"] else ""
     said = (
@@ -146,7 +151,36 @@ def _margin_table(data: Data, currency: str) -> Table:
     caption = "Margins: how far one input may move before a requirement is violated, the closest first"
     rest = "and {} more inputs with a margin (--all)"
     headings = ("input", "value", "may be", "violates")
-    return Table(caption, headings, tuple(rows), (1,), brief=SHOWN_MARGINS, rest=rest, most=MOST_ROWS, paths=(0,))
+    brief = Table(
+        caption, headings, tuple(_brief_margins(data, currency)), (1,), brief=SHOWN_MARGINS, rest=rest, paths=(0,)
+    )
+    return Table(caption, headings, tuple(rows), (1,), most=MOST_ROWS, paths=(0,), short=brief)
+
+
+def _brief_margins(data: Data, currency: str) -> Iterator[tuple[str, ...]]:
+    """The rows of margins for a terminal: short names, three decimals that keep the requirement, what is violated."""
+    breaking = sorted((item for item in data["margins"] if item["below"] or item["above"]), key=_closeness)
+    paths = [item["path"] for item in data["margins"]]
+    short = shortest_names([item["path"] for item in breaking], paths)
+    for item in breaking:
+        sides = [(name, item[name]) for name in ("below", "above") if item[name]]
+        ends = [safe_text(Fraction(side["last"]), item["unit"], currency, is_least=n == "below") for n, side in sides]
+        room = " .. ".join(ends) if len(ends) > 1 else f"{'from' if item['below'] else 'up to'} {ends[0]}"
+        violated = dict.fromkeys(_violated_words(side) for _, side in sides)
+        yield short[item["path"]], _spaced(item, currency), room, "; ".join(violated)
+
+
+def _spaced(item: Data, currency: str) -> str:
+    """The stated value of an input, thousands with a space."""
+    return safe_text(Fraction(item["nominal"]), item["unit"], currency, is_least=True)
+
+
+def _violated_words(side: Data) -> str:
+    """What a margin ends at: ``core 2 of computer`` where the limit of that core is the nearest."""
+    name = _metric_of(side["requirement"])
+    if (side["thread"] or "").startswith("core "):
+        return f"{side['thread']} of {name.removeprefix('utilisation of ')}"
+    return f"{name}, {side['thread']} alone" if side["thread"] else name
 
 
 def _metric_of(requirement: str) -> str:
@@ -167,7 +201,7 @@ def _tornado_plot(metric: str, bars: Sequence[Data], currency: str) -> Plot:
     return Plot(f"tornado-{metric}", partial(_tornado_chart, metric, bars, currency, words), words)
 
 
-def _tornado_chart(metric: str, bars: Sequence[Data], currency: str, words: str) -> Spec:
+def _tornado_chart(metric: str, bars: Sequence[Data], currency: str, words: str) -> Drawing:
     unit = bars[0]["unit"]
     records = []
     for bar in bars[:SHOWN_BARS]:
@@ -258,7 +292,7 @@ def _index_blocks(uncertainty: Data, currency: str) -> Iterator[Block]:
         yield Table(caption, ("input", "alone", "with interactions", "effect"), tuple(rows), (1, 2, 3))
 
 
-def _variance_chart(index: Data, paths: Sequence[str], words: str) -> Spec:
+def _variance_chart(index: Data, paths: Sequence[str], words: str) -> Drawing:
     records = [
         {
             "label": f"{path} · {index['total'][path]:.3f}",

@@ -10,7 +10,7 @@ from dse.analysis.terms import PPM
 from dse.answers.simulation import CONTENTION, LATENCY, FlowObservation, Simulation, TaskObservation
 from dse.answers.tables.display import column, counted, readable
 from dse.report.page import NOTHING, Block, Page, Plot, Section, Table, Text, few, listing, texts
-from dse.report.plots.front import Spec
+from dse.report.plots.canvas import Drawing
 from dse.report.plots.study import histogram
 from dse.report.words.basis import basis_words, counting_words
 from dse.space.question.settings import settings_of
@@ -22,9 +22,9 @@ MANY = 4
 MOST = 10
 """The greatest number of threads that are printed."""
 HISTOGRAM = (
-    "Latencies of {} as they were observed; the lines are the least and the greatest that the analysis allows, without "
-    "and with waiting for the CPU."
+    "Latencies of {} as they were observed; the lines are the least and the greatest that the analysis allows{}."
 )
+BOTH = ", without and with waiting for the CPU"
 
 
 def simulation_page(simulation: Simulation) -> Page:
@@ -71,7 +71,11 @@ def _blocks(simulation: Simulation) -> Iterator[Block]:
 def _histograms(simulation: Simulation) -> Iterator[Block]:
     for flow in simulation.flows:
         if flow.count:
-            yield Plot(f"latencies-{flow.name}", partial(_drawn, flow), HISTOGRAM.format(flow.name))
+            yield Plot(
+                f"latencies-{flow.name}",
+                partial(_drawn, flow),
+                HISTOGRAM.format(flow.name, BOTH if _waits_more(flow) else ""),
+            )
         yield from _histogram(flow)
 
 
@@ -106,7 +110,7 @@ def _ms(value_ns: Exact) -> str:
 def _flow_table(simulation: Simulation) -> Table:
     """Observed latencies of each flow against its bounds; those with waiting for the CPU must hold where they are."""
     flows = sorted(simulation.flows, key=lambda flow: not flow.is_contradiction)
-    is_scheduled = any(flow.scheduled_ns is not None for flow in flows)
+    is_scheduled = any(map(_waits_more, flows))
     rows = []
     for flow in flows:
         seen = [NOTHING] * 3
@@ -124,6 +128,11 @@ def _flow_table(simulation: Simulation) -> Table:
     return Table(caption, headings, tuple(rows), numbers, brief=MOST, rest=rest, spare=spare)
 
 
+def _waits_more(flow: FlowObservation) -> bool:
+    """Whether the greatest latency with waiting for the CPU is another one than the analysed one."""
+    return flow.scheduled_ns is not None and flow.scheduled_ns[1] != flow.bounds_ns[1]
+
+
 def _in_ms(value_ns: Exact) -> str:
     """A time without its unit, which the caption has."""
     return column([value_ns], "ns")[1][0]
@@ -139,7 +148,7 @@ def _verdict(flow: FlowObservation) -> str:
     return "within"
 
 
-def _drawn(flow: FlowObservation) -> Spec:
+def _drawn(flow: FlowObservation) -> Drawing:
     """The histogram with the bounds that the analysis gives."""
     bars = [
         {
@@ -151,7 +160,7 @@ def _drawn(flow: FlowObservation) -> Spec:
         for item in flow.histogram
     ]
     bounds = [("analysed", value) for value in flow.bounds_ns]
-    if flow.scheduled_ns is not None:
+    if flow.scheduled_ns is not None and _waits_more(flow):
         bounds += [("with response times", value) for value in flow.scheduled_ns[1:]]
     marks = [
         {"kind": kind, "at": float(value) / 1e6, "text": counted(value, "ns")}

@@ -5,21 +5,25 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from fractions import Fraction
 from functools import partial
+from itertools import pairwise
 from typing import Any
 
+from dse.answers.ranking.kinds import ARRANGED, MOST_NAMING, OF_RANGE, OF_VALUE, shortest_names
 from dse.answers.ranking.variants import find_variants, varying
-from dse.answers.tables.display import counted, display_unit, figure, readable, titled
-from dse.report.amounts import MOST_ROWS, Data, decisions_text, number_of
-from dse.report.page import Block, Item, Listing, Plot, Section, Table, Text, listing, texts
-from dse.report.plots.front import Spec
+from dse.answers.tables.display import column, counted, display_unit, figure, readable, titled
+from dse.report.amounts import MOST_ROWS, Data, amount_words, decisions_text, number_of, safe_text
+from dse.report.page import NOTHING, Block, Item, Listing, Plot, Section, Table, Text, listing, texts
+from dse.report.plots.canvas import Drawing
 from dse.report.plots.study import lines_chart
 from dse.report.words.basis import scale_of
 from dse.report.words.contention import study_contention_words, study_counting_words
-from dse.support.units import UnitError, parse_quantity
+from dse.support.units import UnitError, is_unbounded, parse_quantity
 from dse.support.units.text import count_words
 
 SHOWN_DESIGNS = 3
 """How many designs of each front are told."""
+FEW_STEPS = 4
+"""The greatest number of steps of an objective that are printed."""
 SCREEN: dict[str, Any] = {"brief": 10, "rest": "and {} more (--all)"}
 """The part of a table that is printed."""
 BEST = "Best choice: the first of the front under that limit, closest to the ideal point of all fronts of the sweep."
@@ -103,7 +107,7 @@ def _breaks(run: Data, currency: str) -> Iterator[Block]:
         yield from texts(f"No design {'below' if run['operator'] == '<=' else 'above'} {value} (proved).")
     yield _break_table(run, currency)
     for info in run["objectives"]:
-        yield from texts(_best_by_limit(run, info, currency))
+        yield from _best_by_limit(run, info, currency)
     yield Text(f"Definition: {run['definition']}.", "quiet", BEST)
 
 
@@ -133,8 +137,65 @@ def _break_table(run: Data, currency: str) -> Table:
         wide=last,
         label=last - 1,
         told=TOLD,
+        short=None if is_judged else _groups_table(run, currency, caption),
         **SCREEN,
     )
+
+
+def _groups_table(run: Data, currency: str, caption: str) -> Table | None:
+    """A row for neighbouring break-points whose best choices hardly differ; None where that shortens nothing.
+
+    Limits are rounded up, so that each is feasible. Decisions are columns where no row has two of their options.
+    """
+    known = {item["id"]: item for item in run["alternatives"]}
+    merged = _merged(run["stretches"])
+    vectors = [[figure(known[item["best"]]["metrics"][o["name"]]) for o in run["objectives"]] for item in merged]
+    if run["operator"] != "<=" or any(is_unbounded(value) for vector in vectors for value in vector):
+        return None
+    groups = _alike(vectors)
+    if len(groups) in (0, len(merged)):
+        return None
+    limits = [safe_text(Fraction(merged[at]["from"]), run["unit"], currency, is_least=True) for at, _ in groups]
+    headings, columns = ["from limit"], [limits]
+    for axis, info in enumerate(run["objectives"]):
+        ends = [sorted(vector[axis] for vector in vectors[start:end]) for start, end in groups]
+        named, cells = column([value for values in ends for value in (values[0], values[-1])], info["unit"], currency)
+        pairs = zip(cells[::2], cells[1::2], strict=True)
+        headings.append(titled(info["name"], named))
+        columns.append([low if low == high else f"{low} .. {high}" for low, high in pairs])
+    numbers = tuple(range(len(headings)))
+    chosen = [known[item["best"]]["decisions"] for item in merged]
+    same = [name for name in varying(chosen) if all(_is_one([c.get(name) for c in chosen[a:b]]) for a, b in groups)]
+    same = [name for name in same if name.rpartition(".")[2] not in ARRANGED]
+    same.sort(key=lambda name: not name.endswith(".type"))
+    short = shortest_names(same[:MOST_NAMING], chosen[0])
+    for name in same[:MOST_NAMING]:
+        headings.append(short[name])
+        columns.append([chosen[start].get(name, NOTHING) for start, _ in groups])
+    spare = tuple(range(len(headings) - 1, len(numbers), -1))
+    rows = tuple(zip(*columns, strict=True))
+    said = f"{caption}, by kind (--all: all {len(merged)} steps)"
+    return Table(said, tuple(headings), rows, numbers, spare=spare, **SCREEN)
+
+
+def _alike(vectors: Sequence[Sequence[Fraction]]) -> list[tuple[int, int]]:
+    """The first and the last, exclusive, of neighbours that differ by no more than the designs of a kind."""
+    axes = list(zip(*vectors, strict=True))
+    spans = [max(values) - min(values) for values in axes]
+    groups: list[tuple[int, int]] = []
+    for at in range(len(vectors)):
+        start = groups[-1][0] if groups else at
+        parts = [values[start : at + 1] for values in axes]
+        widths = zip(parts, spans, strict=True)
+        if groups and all(max(p) - min(p) <= max(s * OF_RANGE, max(map(abs, p)) * OF_VALUE) for p, s in widths):
+            groups[-1] = (start, at + 1)
+        else:
+            groups.append((at, at + 1))
+    return groups
+
+
+def _is_one(options: Sequence[str | None]) -> bool:
+    return len({*options}) == 1
 
 
 def _contended(run: Data, item: Data, currency: str) -> str:
@@ -145,17 +206,29 @@ def _contended(run: Data, item: Data, currency: str) -> str:
     return f"{words}, violates others" if judged["broken"] else words
 
 
-def _best_by_limit(run: Data, info: Data, currency: str) -> str:
-    """The best value of one objective as a function of the limit: ``Best price: 900 EUR from 5 ms, 150 EUR from …``."""
+def _best_by_limit(run: Data, info: Data, currency: str) -> Iterator[Text]:
+    """The best value of one objective as a function of the limit: ``Best price: 900 EUR from 5 ms, 150 EUR from …``.
+
+    In brief where the first value is reached, where the last, and the largest step between two.
+    """
     known = {item["id"]: item for item in run["alternatives"]}
     pick = min if info["sense"] == "minimise" else max
-    steps: list[tuple[Fraction, str]] = []
+    steps: list[tuple[Fraction, Fraction]] = []
     for stretch in run["stretches"]:
         value = pick(figure(known[entry["id"]]["metrics"][info["name"]]) for entry in stretch["front"])
         if not steps or steps[-1][0] != value:
-            steps.append((value, readable(Fraction(stretch["from"]), run["unit"], currency, 6)))
-    said = ", ".join(f"{counted(value, info['unit'], currency)} from {place}" for value, place in steps)
-    return f"Best {info['name']}: {said}." if steps else ""
+            steps.append((value, Fraction(stretch["from"])))
+    said = [f"{counted(v, info['unit'], currency)} from {readable(at, run['unit'], currency, 6)}" for v, at in steps]
+    if not said:
+        return
+    brief = ""
+    if len(said) > FEW_STEPS and not any(is_unbounded(value) for value, _ in steps):
+        moves = [(other[0] - one[0], other[1]) for one, other in pairwise(steps)]
+        move, at = max(moves, key=lambda item: abs(item[0]))
+        words = amount_words(abs(move), info["unit"], currency)
+        step = f"{words} {'less' if move < 0 else 'more'} from {readable(at, run['unit'], currency, 6)}"
+        brief = f"Best {info['name']}: {said[0]}, {said[-1]}. Largest step: {step}."
+    yield Text(f"Best {info['name']}: {', '.join(said)}.", brief=brief)
 
 
 def _merged(stretches: Sequence[Data]) -> list[dict[str, Any]]:
@@ -182,7 +255,7 @@ def _steps_plot(runs: Sequence[Data], info: Data, currency: str) -> Plot:
     return Plot(f"best-{info['name']}", partial(_steps_chart, runs, info, currency, words), words)
 
 
-def _steps_chart(runs: Sequence[Data], info: Data, currency: str, words: str) -> Spec:
+def _steps_chart(runs: Sequence[Data], info: Data, currency: str, words: str) -> Drawing:
     unit, metric = runs[0]["unit"], runs[0]["metric"]
     pick = min if info["sense"] == "minimise" else max
     records: list[dict[str, Any]] = []

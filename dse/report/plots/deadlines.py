@@ -11,14 +11,13 @@ from dse.analysis.scheduling.responses import Response
 from dse.answers.tables.display import counted
 from dse.report.amounts import shortened
 from dse.report.page import Plot
-from dse.report.plots.front import Spec, whole_spec
+from dse.report.plots.canvas import Drawing
+from dse.report.plots.charts import Bar, Row, rows_chart
 
 CAPTION = (
     "Worst response times, in % of the deadline, where the grey track ends; what is nearest to its deadline first. "
     "Threads and messages without a deadline are in the table only."
 )
-DEADLINE_ROW = 32
-"""Pixels of a bar with its title."""
 MOST = 40
 """The greatest number of bars that are drawn: those nearest to their deadlines."""
 WIDEST = 200.0
@@ -62,39 +61,28 @@ def _record(item: Response | MessageResponse, where: str) -> tuple[float, dict[s
     }
 
 
-def deadline_chart(records: Sequence[Mapping[str, Any]]) -> Spec:
+def deadline_chart(records: Sequence[Mapping[str, Any]]) -> Drawing:
     """A bar for each thread or message up to its response time, over a track that ends at its deadline.
 
-    Late ones are highlighted. A Vega-Lite specification; the axis is in % of the deadline, so that different deadlines
-    compare.
+    Late ones are highlighted; the axis is in % of the deadline, so that different deadlines compare.
     """
-    axis = {"labels": False, "ticks": False, "domain": False, "grid": False}
-    scale = {"paddingInner": 0.6, "paddingOuter": 0.5}
-    row = {"field": "row", "type": "ordinal", "title": None, "axis": axis, "scale": scale}
-    across = {
-        "field": "begin",
-        "type": "quantitative",
-        "title": "response time [% of the deadline]",
-        "axis": {"tickCount": 6},
-    }
-    tooltip = [
-        {"field": "label", "title": "thread or message"},
-        {"field": "where", "title": "on"},
-        {"field": "text", "title": "response time of deadline"},
+    rows = [
+        Row(
+            record["title"],
+            (
+                Bar(0.0, record["deadline"], "f-soft faint"),
+                Bar(
+                    0.0,
+                    record["end"],
+                    "f-accent" if record["late"] else "f-c1",
+                    f"{record['label']}, {record['where']}: {record['text']}",
+                ),
+            ),
+        )
+        for record in records
     ]
-    colour = {"condition": {"test": "datum.late", "value": "var(--accent)"}, "value": "var(--c1)"}
-    track, bar = {"y": row, "x": across, "x2": {"field": "deadline"}}, {"y": row, "x": across, "x2": {"field": "end"}}
-    layers: list[Spec] = [
-        {"mark": {"type": "bar", "opacity": 0.18}, "encoding": {**track, "color": {"value": "var(--soft)"}}},
-        {"mark": {"type": "bar"}, "encoding": {**bar, "color": colour, "tooltip": tooltip}},
-        {
-            "mark": {"type": "text", "align": "left", "baseline": "bottom", "dy": -8, "fontSize": 11, "limit": 320},
-            "encoding": {"y": row, "x": {"value": 2}, "text": {"field": "title"}},
-        },
-    ]
-    return whole_spec(
-        {"data": {"name": "rows", "values": list(records)}, "layer": layers, "height": DEADLINE_ROW * len(records) + 8},
-        "Response times against deadlines, in % of the deadline.",
+    return rows_chart(
+        rows, "response time [% of the deadline]", "Response times against deadlines, in % of the deadline."
     )
 
 

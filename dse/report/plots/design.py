@@ -1,4 +1,4 @@
-"""The plots of one design as Vega-Lite specifications: latency waterfalls, and the use of processors and buses."""
+"""The plots of one design : latency waterfalls, and the use of processors and buses."""
 
 from __future__ import annotations
 
@@ -11,7 +11,8 @@ from dse.analysis.terms import PPM
 from dse.answers.analysis import FlowTable, Usage
 from dse.answers.tables.display import counted, readable
 from dse.report.amounts import shortened
-from dse.report.plots.front import Spec, whole_spec
+from dse.report.plots.canvas import Drawing
+from dse.report.plots.charts import Bar, Row, rows_chart
 from dse.support.units import Exact, is_unbounded
 
 METHODS = (
@@ -27,14 +28,9 @@ METHODS = (
 TITLE_LENGTH = 50
 """Letters of a bar's title: as many as a phone has room for. Names give way to figures."""
 SHORTEST_NAME = 9
-SHORTEST_PIECE = 44
-"""Pixels of a piece of a bar from which on its name is written on it; shorter ones tell it when pointed at."""
-FLOW_ROW = 32
-"""Pixels of a contribution with its title."""
-BAR = 46
-"""Pixels of a bar of use, with its title."""
 NOBODY = "nothing"
-HUES = ("var(--c1)", "var(--c2)", "var(--c3)", "var(--c4)", "var(--c5)", "var(--c6)", "var(--accent)", "var(--soft)")
+COLOURS = ("c1", "c2", "c3", "c4", "c5", "c6", "accent", "soft")
+"""The colours of `METHODS`."""
 
 
 def waterfall_records(table: FlowTable) -> list[dict[str, Any]]:
@@ -70,62 +66,27 @@ def _name_beside(name: str, figures: str) -> str:
     return shortened(name, max(SHORTEST_NAME, TITLE_LENGTH - len(f" · {figures}")))
 
 
-def stacked_rows(records: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
-    """The records with their bars, in ms, each from the worst case of the one before it (report.js does the same).
+def waterfall(table: FlowTable, records: Sequence[Mapping[str, Any]]) -> Drawing:
+    """Worst-case latency of a flow, contribution by contribution, in ms; the solid part of a bar is its minimum.
 
-    Each record gets ``start``, ``best`` and ``end`` in ms: bars of a waterfall from the first contributor to the last.
+    Each bar begins where the worst case of the one before it ends; colours stand for the method by which it counts.
     """
-    stacked = []
+    rows = []
     start: float = 0
     for record in records:
-        bar = {"start": start / 1e6, "best": (start + record["min_ns"]) / 1e6, "end": (start + record["max_ns"]) / 1e6}
-        stacked.append({**record, **bar, "title": f"{record.get('short', record['label'])} · {record['text']}"})
+        ends = [(start + record[key]) / 1e6 for key in ("min_ns", "max_ns")]
+        look = f"f-{COLOURS[METHODS.index(record['method'])]}"
+        tip = f"{record['label']}, {record['method']}: {record['text']}"
+        bars = (Bar(start / 1e6, ends[1], f"{look} pale", tip), Bar(start / 1e6, ends[0], look, tip))
+        rows.append(Row(f"{record.get('short', record['label'])} · {record['text']}", bars))
         start += record["max_ns"]
-    return stacked
-
-
-def waterfall(table: FlowTable, records: Sequence[Mapping[str, Any]]) -> Spec:
-    """Worst-case latency of a flow, contribution by contribution; the solid part of a bar is its minimum.
-
-    A Vega-Lite specification with times in ms; colours stand for the method by which a contribution counts.
-    """
-    used = [method for method in METHODS if any(record["method"] == method for record in records)]
-    colour = {
-        "field": "method",
-        "type": "nominal",
-        "title": None,
-        "scale": {"domain": used, "range": [HUES[METHODS.index(method)] for method in used]},
-    }
-    row = {
-        "field": "row",
-        "type": "ordinal",
-        "title": None,
-        "axis": {"labels": False, "ticks": False, "domain": False, "grid": False},
-        "scale": {"paddingInner": 0.45, "paddingOuter": 0.4},
-    }
-    across = {"type": "quantitative", "title": "latency [ms]", "axis": {"tickCount": 6}}
-    tooltip = [
-        {"field": "label", "title": "contributor"},
-        {"field": "method", "title": "method"},
-        {"field": "text", "title": "minimum to maximum"},
+    legend = [
+        (method, colour)
+        for method, colour in zip(METHODS, COLOURS, strict=True)
+        if any(record["method"] == method for record in records)
     ]
-    bars = {"y": row, "color": colour, "tooltip": tooltip}
-    layers: list[Spec] = [
-        {
-            "mark": {"type": "bar", "opacity": 0.55},
-            "encoding": {**bars, "x": {**across, "field": "start"}, "x2": {"field": "end"}},
-        },
-        {"mark": {"type": "bar"}, "encoding": {**bars, "x": {**across, "field": "start"}, "x2": {"field": "best"}}},
-        {
-            "mark": {"type": "text", "align": "left", "baseline": "bottom", "dy": -9, "fontSize": 11, "limit": 320},
-            "encoding": {"y": row, "x": {"value": 2}, "text": {"field": "title"}},
-        },
-    ]
-    values = stacked_rows(records)
-    return whole_spec(
-        {"data": {"name": "rows", "values": values}, "layer": layers, "height": FLOW_ROW * len(values) + 8},
-        f"Latency waterfall of {table.name}: {counted(table.min_ns, 'ns')} to {counted(table.max_ns, 'ns')}.",
-    )
+    words = f"Latency waterfall of {table.name}: {counted(table.min_ns, 'ns')} to {counted(table.max_ns, 'ns')}."
+    return rows_chart(rows, "latency [ms]", words, legend=legend)
 
 
 @dataclass(frozen=True)
@@ -190,89 +151,24 @@ def usage_records(
     return records
 
 
-def _stacked_shares(records: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
-    """The records with their place in the bar (report.js does the same)."""
-    stacked: list[dict[str, Any]] = []
-    for record in records:
-        before = stacked[-1] if stacked and stacked[-1]["name"] == record["name"] else None
-        start, shade = (before["end"], 1 - before["shade"]) if before else (0.0, 0)
-        stacked.append({**record, "start": start, "end": start + record["share"], "shade": shade})
-    return stacked
+def usage_chart(records: Sequence[Mapping[str, Any]]) -> Drawing:
+    """The use of cores and buses as stacked bars, in % of one core or of the bandwidth; the limit is a mark across.
 
-
-def usage_chart(shares: Sequence[Mapping[str, Any]]) -> Spec:
-    """The chart of the use of cores and buses, with the limit as a mark across the bar.
-
-    A Vega-Lite specification with stacked bars, in % of one core or of the bandwidth.
+    Pieces of a bar are threads or connections, dark and pale in turn, named where there is room.
     """
-    records = _stacked_shares(shares)
-    names = list(dict.fromkeys(record["name"] for record in records))
-    row = {
-        "field": "name",
-        "type": "nominal",
-        "sort": names,
-        "title": None,
-        "axis": {"labels": False, "ticks": False, "domain": False},
-        "scale": {"paddingInner": 0.5, "paddingOuter": 0.45},
-    }
-    most = max([100.0, *(record["end"] for record in records)])
-    across = {
-        "type": "quantitative",
-        "title": "used, in % of the core or the bandwidth",
-        "scale": {"domain": [0, most]},
-        "axis": {"tickCount": 6},
-    }
-    tooltip = [
-        {"field": "name", "title": "of"},
-        {"field": "part", "title": "used by"},
-        {"field": "text", "title": "share"},
-    ]
-    firsts = [next(record for record in records if record["name"] == name) for name in names]
-    first = "datum.shade === 0"
-    shade = {"condition": {"test": first, "value": 0.95}, "value": 0.45}
-    long = "(scale('x', datum.end) - scale('x', datum.start))"
-    layers: list[Spec] = [
-        {
-            "mark": {"type": "bar", "color": "var(--c1)"},
-            "encoding": {
-                "y": row,
-                "x": {**across, "field": "start"},
-                "x2": {"field": "end"},
-                "opacity": shade,
-                "tooltip": tooltip,
-            },
-        },
-        {
-            "data": {"values": [record for record in firsts if record["limit"] is not None]},
-            "mark": {"type": "tick", "thickness": 3, "color": "var(--accent)", "height": 24},
-            "encoding": {"y": row, "x": {**across, "field": "limit"}},
-        },
-        {
-            "data": {"values": firsts},
-            "mark": {"type": "text", "align": "left", "baseline": "bottom", "dy": -13, "fontSize": 11, "limit": 320},
-            "encoding": {"y": row, "x": {"value": 2}, "text": {"field": "title"}},
-        },
-        {
-            "transform": [{"filter": "datum.share > 0"}],
-            "mark": {
-                "type": "text",
-                "align": "left",
-                "dx": 4,
-                "fontSize": 11,
-                "limit": {"expr": f"max(1, {long} - 8)"},
-                "opacity": {"expr": f"{long} > {SHORTEST_PIECE} ? 1 : 0"},
-                "tooltip": True,
-            },
-            "encoding": {
-                "y": row,
-                "x": {**across, "field": "start"},
-                "text": {"field": "part"},
-                "color": {"condition": {"test": first, "value": "var(--paper)"}, "value": "var(--ink)"},
-                "tooltip": tooltip,
-            },
-        },
-    ]
-    return whole_spec(
-        {"data": {"name": "shares", "values": list(records)}, "layer": layers, "height": BAR * len(names) + 8},
-        f"Use of {', '.join(names)} against the limits.",
-    )
+    rows = []
+    for name in dict.fromkeys(record["name"] for record in records):
+        here = [record for record in records if record["name"] == name]
+        bars = []
+        end = 0.0
+        for number, record in enumerate(here):
+            start, end = end, end + record["share"]
+            tip, look = f"{name}, {record['part']}: {record['text']}", "f-c1 pale" if number % 2 else "f-c1"
+            bars.append(Bar(start, end, look, tip, record["part"]))
+        limit = here[0]["limit"]
+        marks = () if limit is None else ((limit, "l-accent three", f"limit {limit:g} %"),)
+        rows.append(Row(here[0]["title"], tuple(bars), marks))
+    most = max([100.0, *(bar.high for row in rows for bar in row.bars)])
+    across = "used, in % of the core or the bandwidth"
+    words = f"Use of {', '.join(dict.fromkeys(record['name'] for record in records))} against the limits."
+    return rows_chart(rows, across, words, domain=(0.0, most), thickness=19)

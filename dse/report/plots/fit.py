@@ -12,11 +12,12 @@ import numpy as np
 from dse.fitting.fitted import Execution, Transport
 from dse.fitting.measurements import Summary
 from dse.report.page import Plot
-from dse.report.plots.front import Spec, whole_spec
+from dse.report.plots.canvas import Drawing
+from dse.report.plots.charts import Bar, Row, Series, plane_chart, rows_chart
 
 MOST_POINTS = 4000
 """The greatest number of samples that are drawn for a plot: an even choice of them, with least and greatest always."""
-HUES = {"samples": "var(--line)", "maximum": "var(--c2)", "mean": "var(--soft)", "minimum": "var(--c1)"}
+COLOURS = {"samples": "line", "maximum": "c2", "mean": "soft", "minimum": "c1"}
 
 
 def transport_plots(item: Transport) -> Iterator[Plot]:
@@ -66,85 +67,49 @@ def _marks(item: Transport) -> list[dict[str, Any]]:
     return marks
 
 
-def _axis(field: str, title: str) -> Spec:
-    return {"field": field, "type": "quantitative", "title": title, "axis": {"tickCount": 6}}
-
-
-def _colour(names: list[str]) -> Spec:
-    scale = {"domain": names, "range": [HUES[name] for name in names]}
-    return {"field": "what", "type": "nominal", "title": None, "scale": scale}
-
-
-def _lines(item: Transport) -> Spec:
+def _lines(item: Transport) -> Drawing:
     marks = _marks(item)
-    names = [name for name in HUES if any(mark["what"] == name for mark in marks)]
-    place = {"x": _axis("x", "message size [B]"), "y": _axis("y", "transmission time [ms]")}
     last = max(one.size_bytes or 0 for one in item.summaries)
-    lines = [
-        {"x": size, "y": _ms(line.at(size)), "what": what}
-        for what, line in (("maximum", item.high), ("minimum", item.low))
-        for size in (0, last)
+    series = [
+        Series(
+            name, colour, tuple((m["x"], m["y"], f"{m['y']:.6g} ms, {m['x']} B") for m in marks if m["what"] == name)
+        )
+        for name, colour in COLOURS.items()
+        if any(mark["what"] == name for mark in marks)
     ]
-    layers: list[Spec] = [
-        {
-            "mark": {"type": "point", "filled": True, "size": 28, "opacity": 0.8},
-            "encoding": {**place, "color": _colour(names)},
-        },
-        {
-            "data": {"values": lines},
-            "mark": {"type": "line", "strokeWidth": 2},
-            "encoding": {**place, "color": _colour(names)},
-        },
+    legend = [(one.name, one.colour) for one in series]
+    series += [
+        Series(name, COLOURS[name], tuple((size, _ms(line.at(size)), "") for size in (0, last)), "line")
+        for name, line in (("maximum", item.high), ("minimum", item.low))
     ]
-    spec = {"data": {"values": marks}, "layer": layers, "height": 260}
-    return whole_spec(spec, f"Transmission time by message size, {item.where}: measured points, and both lines.")
+    words = f"Transmission time by message size, {item.where}: measured points, and both lines."
+    return plane_chart(
+        series, "message size [B]", "transmission time [ms]", words, legend=legend, height=240, with_zero=True
+    )
 
 
-def _residuals(item: Transport) -> Spec:
-    rows = [
-        {"x": one.size_bytes, "y": _ms(value - line.at(one.size_bytes or 0)), "what": what}
-        for one in item.summaries
-        for what, line, value in (("maximum", item.high, one.max_ns), ("minimum", item.low, one.min_ns))
-    ]
-    place = {"x": _axis("x", "message size [B]"), "y": _axis("y", "residual [ms]")}
-    layers: list[Spec] = [
-        {
-            "data": {"values": [{"y": 0}]},
-            "mark": {"type": "rule", "color": "var(--soft)"},
-            "encoding": {"y": place["y"]},
-        },
-        {
-            "mark": {"type": "point", "filled": True, "size": 34},
-            "encoding": {**place, "color": _colour(["maximum", "minimum"])},
-        },
-    ]
-    spec = {"data": {"values": rows}, "layer": layers, "height": 150}
-    return whole_spec(spec, f"Measured less fitted transmission time by message size, {item.where}.")
+def _residuals(item: Transport) -> Drawing:
+    ends = [min(one.size_bytes or 0 for one in item.summaries), max(one.size_bytes or 0 for one in item.summaries)]
+    series = [Series("none", "soft", tuple((size, 0.0, "") for size in ends), "line")]
+    for name, line in (("maximum", item.high), ("minimum", item.low)):
+        points = []
+        for one in item.summaries:
+            value = one.max_ns if name == "maximum" else one.min_ns
+            left = _ms(value - line.at(one.size_bytes or 0))
+            points.append((one.size_bytes or 0, left, f"{left:.6g} ms, {one.size_bytes} B"))
+        series.append(Series(name, COLOURS[name], tuple(points)))
+    legend = [(one.name, one.colour) for one in series[1:]]
+    words = f"Measured less fitted transmission time by message size, {item.where}."
+    return plane_chart(series, "message size [B]", "residual [ms]", words, legend=legend, height=130)
 
 
-def _ranges(executions: tuple[Execution, ...]) -> Spec:
-    rows = [
-        {
-            "row": number,
-            "label": item.where,
-            "low": _ms(item.summary.min_ns),
-            "high": _ms(item.summary.max_ns),
-            "mean": None if item.summary.mean_ns is None else _ms(item.summary.mean_ns),
-        }
-        for number, item in enumerate(executions)
-    ]
-    row = {"field": "label", "type": "nominal", "title": None, "sort": {"field": "row"}, "axis": {"labelLimit": 300}}
-    across = {"type": "quantitative", "title": "execution time [ms]"}
-    layers: list[Spec] = [
-        {
-            "mark": {"type": "bar", "color": "var(--c1)", "opacity": 0.6, "height": 8},
-            "encoding": {"y": row, "x": {**across, "field": "low"}, "x2": {"field": "high"}},
-        },
-        {
-            "transform": [{"filter": "datum.mean !== null"}],
-            "mark": {"type": "tick", "color": "var(--accent)", "thickness": 2},
-            "encoding": {"y": row, "x": {**across, "field": "mean"}},
-        },
-    ]
-    spec = {"data": {"values": rows}, "layer": layers, "height": 22 * len(rows) + 20}
-    return whole_spec(spec, "Execution times of each thread on each platform: least to greatest, and the mean.")
+def _ranges(executions: tuple[Execution, ...]) -> Drawing:
+    rows = []
+    for item in executions:
+        low, high = _ms(item.summary.min_ns), _ms(item.summary.max_ns)
+        mean = None if item.summary.mean_ns is None else _ms(item.summary.mean_ns)
+        bar = Bar(low, high, "f-c1 pale", f"{item.where}: {low:.6g} to {high:.6g} ms")
+        marks = () if mean is None else ((mean, "l-accent two", f"mean {mean:.6g} ms"),)
+        rows.append(Row(item.where, (bar,), marks))
+    words = "Execution times of each thread on each platform: least to greatest, and the mean."
+    return rows_chart(rows, "execution time [ms]", words, thickness=8)

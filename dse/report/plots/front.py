@@ -1,61 +1,29 @@
-"""The plots of the front as Vega-Lite specifications: one for the report, where they answer to each other, and for PNG.
+"""The plots of the front: two objectives against each other, and all of them as parallel coordinates.
 
-Colours are CSS variables (`dse.report.theme`). Names from the problem occur as data and titles only, never as field
-names or in expressions: fields are called ``o0``, ``o1``, … in the order of the objectives.
+The page of a report draws both again with what its reader chooses and filters (`templates/scatter.js`, `parallel.js`).
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from fractions import Fraction
+from itertools import pairwise
 from textwrap import wrap
-from typing import Any, TypeAlias
+from typing import Any
 
 from dse.answers.ranking.variants import varying
 from dse.answers.result import ObjectiveInfo, Result
 from dse.answers.tables.display import counted, display_unit, titled
+from dse.report.amounts import shortened
+from dse.report.plots.canvas import LETTER, RIGHT, WIDTH, Canvas, Drawing, Scale, scale_of, title_height
 from dse.support.units import is_unbounded
 
-Spec: TypeAlias = dict[str, Any]
-SCHEMA = "https://vega.github.io/schema/vega-lite/v6.json"
-STEPS = ("var(--s1)", "var(--s2)", "var(--s3)", "var(--s4)")
+STEPS = ("s1", "s2", "s3", "s4")
+"""Colours of the classes of an objective."""
 TITLE_WIDTH = 40
 """Letters in a line of an axis' title: as many as a phone has room for."""
 EDGE = 0.4
 """How far beyond the front the baseline is drawn at most, as a share of the front's range."""
-KEPT = "kept === null || indexof(kept, datum.id) >= 0"
-ESCAPED = str.maketrans({"\\": "\\\\", "\n": "\\n", "\r": "\\r", "\u2028": "\\u2028", "\u2029": "\\u2029"})
-"""What ends a text in an expression of Vega, but for quotes."""
-CONFIG: Spec = {
-    "background": None,
-    "font": "system-ui, sans-serif",
-    "locale": {"number": {"decimal": ".", "thousands": " ", "grouping": [3], "currency": ["", ""]}},  # as `readable`
-    "view": {"stroke": None},
-    "axis": {
-        "labelColor": "var(--ink)",
-        "titleColor": "var(--ink)",
-        "gridColor": "var(--line)",
-        "gridOpacity": 0.5,
-        "domainColor": "var(--soft)",
-        "tickColor": "var(--soft)",
-        "labelFontSize": 11,
-        "titleFontSize": 12,
-        "titleFontWeight": 600,
-    },
-    "legend": {
-        "labelColor": "var(--ink)",
-        "titleColor": "var(--ink)",
-        "labelFontSize": 11,
-        "titleFontSize": 11,
-        "orient": "top",
-        "columns": 3,
-        "symbolStrokeWidth": 0,
-        "labelLimit": 220,
-        "titleLimit": 320,
-    },
-    "text": {"color": "var(--ink)", "font": "system-ui, sans-serif"},
-    "title": {"color": "var(--ink)", "anchor": "start"},
-}
 
 
 def front_records(result: Result) -> list[dict[str, Any]]:
@@ -122,267 +90,118 @@ def axis_title(result: Result, axis: int) -> list[str]:
 
 def scatter(
     result: Result, records: Sequence[Mapping[str, Any]], chosen: int | None, baseline: Mapping[str, Any] | None
-) -> Spec:
+) -> Drawing:
     """Two objectives against each other, the third as colour; the chosen point and today's design are highlighted.
 
     A single objective is a line of points.
     """
-    axes = list(range(min(len(result.objectives), 2)))
-    titles = [axis_title(result, axis) for axis in axes]
-    tooltip = [{"field": "id", "title": "alternative"}] + [
-        {"field": f"t{axis}", "title": info.name} for axis, info in enumerate(result.objectives)
-    ]
-    chosen_by = [*tooltip, {"field": "decisions", "title": "decisions"}]
-    position = {
-        name: {
-            "field": f"o{axis}",
-            "type": "quantitative",
-            "title": title,
-            "scale": {"zero": False, "padding": 14},
-            "axis": {"labelOverlap": True, "tickCount": 6},
-        }
-        for name, axis, title in zip("xy", axes, titles, strict=False)
-    }
-    points: Spec = {
-        "name": "points",
-        "params": [{"name": "brush", "select": {"type": "interval", "encodings": list(position)}}],
-        "mark": {"type": "point", "filled": True, "cursor": "pointer", "tooltip": True},
-        "encoding": {
-            **position,
-            "opacity": {"condition": {"test": KEPT, "value": 0.95}, "value": 0.12},
-            "size": {"value": 80},
-            "stroke": {"value": "var(--paper)"},
-            "strokeWidth": {"value": 0.6},
-            "tooltip": chosen_by,
-            "color": {"value": "var(--c1)"},
-        },
-    }
-    if len(result.objectives) > 2:
-        points["encoding"]["color"] = _colour_by(result, 2)
-    layers = [points]
-    if baseline is not None:
-        baseline, word_of_it, side = _at_the_edge(records, baseline, len(axes))
-        layers.append(
-            {
-                "data": {"values": [dict(baseline)], "name": "baseline"},
-                "mark": {
-                    "type": "point",
-                    "shape": "cross",
-                    "filled": True,
-                    "size": 140,
-                    "color": "var(--ink)",
-                    "tooltip": True,
-                },
-                "encoding": {**position, "tooltip": tooltip[1:]},
-            }
-        )
-        word = {"type": "text", "dy": -13, "color": "var(--ink)", "fontSize": 11, "align": side}
-        named = {**position, "text": {"value": word_of_it}}
-        layers += [{"data": {"values": [dict(baseline)]}, **layer} for layer in _readable_text(word, named)]
-    layers += _chosen_point(position, tooltip)
-    values = [{**record, "label": f"#{record['id']}"} for record in records]
-    height = 340 if len(axes) > 1 else 90
-    what = "Pareto scatter: " if len(axes) > 1 else ""
-    where = ", ".join(f"{' '.join(title)} {way}" for title, way in zip(titles, ("across", "up"), strict=False))
-    count = f"{len(records)} alternative{'s' if len(records) > 1 else ''}"
-    return whole_spec(
-        {"params": _params(chosen), "data": {"name": "front", "values": values}, "layer": layers, "height": height},
-        f"{what}{where}; {count}.",
+    canvas = Canvas()
+    axes = min(len(result.objectives), 2)
+    titles = [" ".join(axis_title(result, axis)) for axis in range(axes)]
+    colours = _colours(result) if len(result.objectives) > 2 else {}
+    top = 0.0
+    if colours:
+        canvas.text(0, 12, " ".join(axis_title(result, 2)), "title")
+        top = 18 + canvas.legend(list(colours.items()), 18)
+    bottom = top + (title_height(titles[1]) + 300 if axes > 1 else 60)
+    drawn = [record for record in records if all(record[f"o{axis}"] is not None for axis in range(axes))]
+    far = baseline is not None and all(baseline[f"o{axis}"] is not None for axis in range(axes))
+    marked, word = _at_the_edge(records, baseline, axes) if far and baseline is not None else (None, "")
+    placed = [*drawn, marked] if marked is not None else drawn
+    x = scale_of([record["o0"] for record in placed], 0.09, RIGHT, room=0.05)
+    y = (
+        scale_of([record["o1"] for record in placed], bottom, top + title_height(titles[-1]), 0.07)
+        if axes > 1
+        else None
     )
+    place = {id(one): (x(one["o0"]), y(one["o1"]) if y is not None else (top + bottom) / 2) for one in placed}
+    height = canvas.axis_across(x, top + (title_height(titles[-1]) if axes > 1 else 0), bottom, titles[0])
+    if y is not None:
+        canvas.axis_up(y, titles[1])
+    for record in reversed(drawn):
+        figures = [f"{info.name} {record[f't{axis}']}" for axis, info in enumerate(result.objectives)]
+        tip = "\n".join([f"#{record['id']}", *figures, record["decisions"]])
+        canvas.dot(place[id(record)], 5, f"f-{colours.get(record['q2'], 'c1') if colours else 'c1'}", tip)
+    if marked is not None:
+        across, up = place[id(marked)]
+        canvas.line((across - 0.008, up), (across + 0.008, up), "l-ink three", word)
+        canvas.line((across, up - 6), (across, up + 6), "l-ink three", word)
+        canvas.text(
+            across, up - 10, word, "rim", anchor="end" if across > 0.75 else "start" if across < 0.25 else "middle"
+        )
+    for record in drawn:
+        if record["id"] == chosen:
+            across, up = place[id(record)]
+            canvas.dot((across, up), 9, "hollow l-accent three")
+            is_right = across > 0.85
+            canvas.text(
+                across,
+                up + 4,
+                f"#{chosen}",
+                "rim strong",
+                shift=-13 if is_right else 13,
+                anchor="end" if is_right else "start",
+            )
+    what = "Pareto scatter: " if axes > 1 else ""
+    where = ", ".join(f"{title} {way}" for title, way in zip(titles, ("across", "up"), strict=False))
+    count = f"{len(records)} alternative{'s' if len(records) > 1 else ''}"
+    return canvas.drawing(f"{what}{where}; {count}.", height)
 
 
 def _at_the_edge(
     records: Sequence[Mapping[str, Any]], baseline: Mapping[str, Any], axes: int
-) -> tuple[dict[str, Any], str, str]:
-    """The baseline as it is drawn, its name, and how that is aligned: `axes` are as many as are drawn.
+) -> tuple[dict[str, Any], str]:
+    """The baseline as it is drawn, and its name: `axes` are as many as are drawn.
 
-    One far away is put at the edge, for the axes fit the front (report.js does the same).
+    One far away is put at the edge, for the axes fit the front (scatter.js does the same).
     """
-    drawn, is_far, side = dict(baseline), False, "center"
+    drawn, is_far = dict(baseline), False
     for field in (f"o{axis}" for axis in range(axes)):
         values = [record[field] for record in records if record[field] is not None]
-        if drawn[field] is None or not values:
+        if not values:
             continue
         low, high = min(values), max(values)
         room = EDGE * ((high - low) or abs(high) or 1.0)
         inside = min(max(drawn[field], low - room), high + room)
         is_far = is_far or inside != drawn[field]
-        if field == "o0" and not low <= inside <= high:
-            side = "right" if inside > high else "left"
         drawn[field] = inside
-    return drawn, "baseline, beyond the edge" if is_far else "baseline", side
+    return drawn, "baseline, beyond the edge" if is_far else "baseline"
 
 
-def _chosen_point(position: Mapping[str, Any], tooltip: Sequence[Mapping[str, Any]]) -> list[Spec]:
-    """A ring and a label in front of all other points, which may lie on the chosen one."""
-    only = [{"filter": "datum.id === chosen"}]
-    ring = {"type": "point", "filled": False, "size": 220, "strokeWidth": 3, "color": "var(--accent)", "tooltip": True}
-    word = {
-        "type": "text",
-        "dx": 13,
-        "align": "left",
-        "fontWeight": 700,
-        "color": "var(--accent)",
-        "fontSize": 12,
-    }
-    named = {**position, "text": {"field": "label"}}
-    layers: list[Spec] = [
-        {"mark": ring, "encoding": {**position, "tooltip": list(tooltip)}},
-        *_readable_text(word, named),
-    ]
-    return [{"transform": only, **layer} for layer in layers]
+def _colours(result: Result) -> dict[str, str]:
+    """The classes of the third objective with their colours, smallest values first."""
+    domain = _class_order(result, 2)
+    return dict(zip(domain, STEPS if len(domain) > 2 else (STEPS[1], STEPS[3]), strict=False))
 
 
-def _readable_text(mark: Mapping[str, Any], encoding: Mapping[str, Any]) -> list[Spec]:
-    """Text on a rim in the colour of the paper, so that it can be read on top of points and lines."""
-    rim = {**mark, "color": "var(--paper)", "stroke": "var(--paper)", "strokeWidth": 4, "strokeJoin": "round"}
-    return [{"mark": dict(layer), "encoding": dict(encoding)} for layer in (rim, mark)]
-
-
-def _colour_by(result: Result, axis: int) -> Spec:
-    """Colour by the class of an objective."""
-    domain = _class_order(result, axis)
-    steps = STEPS if len(domain) > 2 else (STEPS[1], STEPS[3])
-    scale = {"domain": domain, "range": list(steps[: len(domain)])}
-    return {"field": f"q{axis}", "type": "ordinal", "scale": scale, "title": axis_title(result, axis)}
-
-
-def parallel(result: Result, records: Sequence[Mapping[str, Any]], chosen: int | None) -> Spec:
+def parallel(result: Result, records: Sequence[Mapping[str, Any]], chosen: int | None) -> Drawing:
     """Every objective as an axis with its best value on top, every alternative as a line.
 
-    A Vega-Lite specification; places are normalised to 0 (worst on the front) .. 1 (best). `chosen` is the id of the
-    highlighted point.
+    Places are normalised to 0 (worst on the front) .. 1 (best). `chosen` is the id of the highlighted point.
     """
-    names = [info.name for info in result.objectives]
-    values = [
-        {"id": record["id"], "axis": axis, "name": names[axis], "place": record[f"n{axis}"], "text": record[f"t{axis}"]}
-        for record in records
-        for axis in range(len(names))
-    ]
-    ends = []
+    canvas = Canvas()
+    count = len(result.objectives)
+    up = Scale(0.0, 1.0, 290, 54)
+    across = [(axis + 0.5) / count for axis in range(count)]
+    for record in sorted(records, key=lambda one: one["id"] == chosen):
+        is_chosen = record["id"] == chosen
+        tip = "\n".join([f"#{record['id']}", *(f"{i.name} {record[f't{k}']}" for k, i in enumerate(result.objectives))])
+        ends = [(across[axis], up(record[f"n{axis}"])) for axis in range(count)]
+        for one, other in pairwise(ends):
+            canvas.line(one, other, "l-accent three" if is_chosen else "l-c1 two pale", tip)
+        for end in ends:
+            canvas.dot(end, 4 if is_chosen else 2, "f-accent" if is_chosen else "f-c1", tip)
+    most = max(8, int(WIDTH / count / LETTER))
     for axis, info in enumerate(result.objectives):
-        ordered = sorted((point.objectives[info.name] for point in result.front), reverse=info.sense == "maximise")
-        for place, value in ((1.0, ordered[0]), (0.0, ordered[-1])) if ordered else ():
-            if place or value != ordered[0]:
-                ends.append(
-                    {
-                        "axis": axis,
-                        "name": names[axis],
-                        "place": place,
-                        "text": counted(value, info.unit, result.space.currency),
-                    }
-                )
-    across: Spec = {
-        "field": "name",
-        "type": "nominal",
-        "sort": names,
-        "title": None,
-        "scale": {"padding": 0.25},
-        "axis": {
-            "labelAngle": 0,
-            "orient": "top",
-            "labelLimit": 160,
-            "labelPadding": 17,
-            "labelExpr": "split(replace(datum.label, ' of ', '|of '), '|')",
-            "grid": True,
-            "domain": False,
-            "ticks": False,
-            "labelFontWeight": 600,
-        },
-    }
-    up: Spec = {"field": "place", "type": "quantitative", "axis": None, "scale": {"domain": [-0.04, 1.04]}}
-    line = {"x": across, "y": up, "detail": {"field": "id"}}
-    tooltip = [
-        {"field": "id", "title": "alternative"},
-        {"field": "name", "title": "objective"},
-        {"field": "text", "title": "value"},
-    ]
-    layers: list[Spec] = [
-        {
-            "mark": {"type": "line", "strokeWidth": 1.6, "color": "var(--c1)"},
-            "encoding": {**line, "opacity": {"condition": {"test": KEPT, "value": 0.6}, "value": 0.07}},
-        },
-        {
-            "transform": [{"filter": "datum.id === chosen"}],
-            "mark": {
-                "type": "line",
-                "strokeWidth": 4,
-                "color": "var(--accent)",
-                "point": {"color": "var(--accent)", "size": 60},
-            },
-            "encoding": line,
-        },
-        {
-            "mark": {"type": "line", "strokeWidth": 12, "opacity": 0.001, "cursor": "pointer"},
-            "encoding": {**line, "tooltip": tooltip},
-        },
-    ]
-    word = {"type": "text", "dx": 6, "align": "left", "fontSize": 11, "color": "var(--ink)"}
-    named = {"x": across, "y": up, "text": {"field": "text"}}
-    layers += [{"data": {"values": ends}, **layer} for layer in _readable_text(word, named)]
-    layers.append(
-        {
-            "data": {"name": "bands", "values": []},  # stretches of axes that a reader draws, two ends each
-            "mark": {"type": "line", "strokeWidth": 16, "color": "var(--accent)", "opacity": 0.3},
-            "encoding": {"x": across, "y": up, "detail": {"field": "name"}},
-        }
-    )
-    return whole_spec(
-        {"params": _params(chosen), "data": {"name": "lines", "values": values}, "layer": layers, "height": 260},
-        f"Parallel coordinates: {', '.join(names)}; the best value of each is on top.",
-    )
-
-
-def _params(chosen: int | None) -> list[Spec]:
-    return [{"name": "chosen", "value": chosen}, {"name": "kept", "value": None}]
-
-
-def whole_spec(spec: Spec, description: str) -> Spec:
-    """The specification with what all of them share; the description is what a screen reader says.
-
-    Vega-Lite writes titles into expressions and escapes nothing in them but quotes: those of tooltips are escaped here,
-    and where another one would end its expression, marks are not described one by one.
-    """
-    safe = _with_safe_tooltips(spec)
-    is_plain = all(_in_expression(title) == title for title in _titles(spec))
-    return {
-        "$schema": SCHEMA,
-        "description": description,
-        "width": "container",
-        "config": CONFIG if is_plain else {**CONFIG, "mark": {"aria": False}},
-        **safe,
-    }
-
-
-def _in_expression(title: str) -> str:
-    """A title for an expression in which Vega-Lite escapes its quotes.
-
-    >>> len(_in_expression(chr(92)))
-    2
-    """
-    return title.translate(ESCAPED)
-
-
-def _with_safe_tooltips(part: Any) -> Any:
-    """The part of a specification with the titles of its tooltips as expressions need them; data stay what they are."""
-    if isinstance(part, list):
-        return [_with_safe_tooltips(item) for item in part]
-    if not isinstance(part, dict):
-        return part
-    copied = {key: value if key == "data" else _with_safe_tooltips(value) for key, value in part.items()}
-    if isinstance(copied.get("tooltip"), list):
-        copied["tooltip"] = [{**item, "title": _in_expression(item["title"])} for item in copied["tooltip"]]
-    return copied
-
-
-def _titles(part: Any) -> Iterator[str]:
-    """The titles in a part of a specification, but for those of tooltips."""
-    if isinstance(part, dict):
-        for key, value in part.items():
-            if key == "title" and isinstance(value, str | list):
-                yield value if isinstance(value, str) else "".join(value)
-            elif key not in ("data", "tooltip"):
-                yield from _titles(value)
-    elif isinstance(part, list):
-        for item in part:
-            yield from _titles(item)
+        canvas.line((across[axis], up(1)), (across[axis], up(0)), "l-soft")
+        head, of, rest = info.name.partition(" of ")
+        canvas.text(across[axis], 14 if of else 28, shortened(head, most), "title", anchor="middle", tip=info.name)
+        if of:
+            canvas.text(across[axis], 28, shortened(f"of {rest}", most), "title", anchor="middle")
+        values = sorted((point.objectives[info.name] for point in result.front), reverse=info.sense == "maximise")
+        for place, value in ((1.0, values[0]), (0.0, values[-1])) if values else ():
+            if place or value != values[0]:
+                text = counted(value, info.unit, result.space.currency)
+                canvas.text(across[axis], up(place) + 4, text, "rim", shift=6)
+    names = ", ".join(info.name for info in result.objectives)
+    return canvas.drawing(f"Parallel coordinates: {names}; the best value of each is on top.", 304)

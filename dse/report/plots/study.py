@@ -1,154 +1,92 @@
-"""The plots of studies as Vega-Lite specifications: steps of a limit, values of inputs, tornadoes, shares, histograms.
-
-As in `dse.report.plots.front`, names from the problem occur as data and titles only.
-"""
+"""The plots of studies: steps of a limit, values of inputs, tornadoes, shares, histograms."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from dse.report.plots.front import Spec, whole_spec
+from dse.report.plots.canvas import Drawing
+from dse.report.plots.charts import Bar, Row, Series, plane_chart, rows_chart
 
-HUES = ("var(--c1)", "var(--c2)", "var(--c3)", "var(--c4)", "var(--c5)", "var(--c6)")
-BAR_HEIGHT = 34
-SERIES = 6
-"""The greatest number of lines that are told apart by colour; more are drawn alike."""
+COLOURS = ("c1", "c2", "c3", "c4", "c5", "c6")
+"""The colours of lines; where there are more lines they are drawn alike."""
 
 
 def lines_chart(
     records: Sequence[Mapping[str, Any]], across: str, up: str, description: str, *, steps: bool = False
-) -> Spec:
+) -> Drawing:
     """Values of one objective: ``x`` and ``y`` as numbers, ``series`` as text, ``where`` and ``text`` for a reader.
 
-    With `steps` a value holds until the next one.
+    With `steps` a value holds until the next one. A record with ``mark`` has a point.
     """
     names = list(dict.fromkeys(record["series"] for record in records))
-    colour: Spec = {"value": HUES[0]}
-    if 1 < len(names) <= SERIES:
-        scale = {"domain": names, "range": list(HUES[: len(names)])}
-        colour = {"field": "series", "type": "nominal", "title": None, "scale": scale}
-    place = {
-        "x": {"field": "x", "type": "quantitative", "title": across, "scale": {"zero": False}},
-        "y": {"field": "y", "type": "quantitative", "title": up, "scale": {"zero": False, "nice": True}},
-    }
-    tooltip = [
-        {"field": "series", "title": "of"},
-        {"field": "where", "title": "at"},
-        {"field": "text", "title": "best"},
+    is_told_apart = len(names) <= len(COLOURS)
+    series = [
+        Series(
+            name,
+            COLOURS[number] if is_told_apart else COLOURS[0],
+            tuple((item["x"], item["y"], _said(item)) for item in records if item["series"] == name),
+            "steps" if steps else "line",
+        )
+        for number, name in enumerate(names)
     ]
-    tooltip = tooltip if len(names) > 1 else tooltip[1:]
-    line = {"type": "line", "interpolate": "step-after" if steps else "linear", "strokeWidth": 2}
-    layers: list[Spec] = [
-        {"mark": line, "encoding": {**place, "color": colour, "detail": {"field": "series"}}},
-        {
-            "transform": [{"filter": "datum.mark"}],
-            "mark": {"type": "point", "filled": True, "size": 40, "opacity": 1},
-            "encoding": {**place, "color": colour, "tooltip": tooltip},
-        },
-    ]
-    return whole_spec({"data": {"values": list(records)}, "layer": layers, "height": 220}, description)
+    legend = None if is_told_apart else ()
+    return plane_chart(series, across, up, description, legend=legend)
 
 
-def tornado(bars: Sequence[Mapping[str, Any]], across: str, description: str) -> Spec:
-    """Bars from ``low`` to ``high`` about ``nominal``, with ``label`` above each; in the given order.
+def _said(record: Mapping[str, Any]) -> str:
+    """What is said of a point; "" where a line only bends."""
+    if not record["mark"]:
+        return ""
+    of = f"{record['series']}: " if record["series"] else ""
+    return f"{of}{record['text']} at {record['where']}"
 
-    A Vega-Lite specification; `across` is the title of the axis with its unit, `description` the text for screen
-    readers.
+
+def tornado(bars: Sequence[Mapping[str, Any]], across: str, description: str) -> Drawing:
+    """Bars from ``low`` to ``high``, ``label`` above each, in the given order; a dashed line at ``nominal``.
+
+    `across` is the title of the axis with its unit, `description` the text for screen readers.
     """
-    records = [{**bar, "row": number} for number, bar in enumerate(bars)]
-    row = {
-        "field": "row",
-        "type": "ordinal",
-        "title": None,
-        "axis": None,
-        "scale": {"paddingInner": 0.6, "paddingOuter": 0.5},
-    }
-    axis = {"type": "quantitative", "title": across, "scale": {"zero": False}, "axis": {"tickCount": 6}}
-    tooltip = [
-        {"field": "path", "title": "input"},
-        {"field": "inputs", "title": "from and to"},
-        {"field": "text", "title": "the metric"},
+    ends = [value for bar in bars for value in (bar["low"], bar["high"], bar["nominal"]) if value is not None]
+    wide = (max(ends, default=1.0) - min(ends, default=0.0)) * 0.03 or 0.5
+    rows = [
+        Row(
+            bar["label"],
+            (Bar(bar["low"], bar["high"], tip=f"{bar['path']} from {bar['inputs']}: {bar['text']}"),)
+            if bar["low"] is not None and bar["high"] is not None
+            else (),
+        )
+        for bar in bars
     ]
-    layers: list[Spec] = [
-        {
-            "mark": {"type": "bar", "color": "var(--c1)", "opacity": 0.8},
-            "encoding": {"y": row, "x": {**axis, "field": "low"}, "x2": {"field": "high"}, "tooltip": tooltip},
-        },
-        {
-            "data": {"values": records[:1]},
-            "mark": {"type": "rule", "color": "var(--accent)", "strokeDash": [4, 3]},
-            "encoding": {"x": {**axis, "field": "nominal"}},
-        },
-        _labels(row),
-    ]
-    height = BAR_HEIGHT * len(records) + 8
-    return whole_spec({"data": {"values": records}, "layer": layers, "height": height}, description)
+    rules = [(bars[0]["nominal"], "l-accent dashed two")] if bars and bars[0]["nominal"] is not None else []
+    domain = (min(ends, default=0.0) - wide, max(ends, default=1.0) + wide)
+    return rows_chart(rows, across, description, domain=domain, rules=rules)
 
 
-def shares(records: Sequence[Mapping[str, Any]], across: str, description: str) -> Spec:
+def shares(records: Sequence[Mapping[str, Any]], across: str, description: str) -> Drawing:
     """Bars from 0 to ``total``, of which ``first`` is solid, with ``label`` above each; in the given order.
 
-    A Vega-Lite specification on a scale from 0 to 1: first-order indices inside total ones.
+    The scale is from 0 to 1: first-order indices inside total ones.
     """
-    values = [{**record, "row": number} for number, record in enumerate(records)]
-    row = {
-        "field": "row",
-        "type": "ordinal",
-        "title": None,
-        "axis": None,
-        "scale": {"paddingInner": 0.6, "paddingOuter": 0.5},
-    }
-    axis = {"type": "quantitative", "title": across, "scale": {"domain": [0, 1]}, "axis": {"tickCount": 6}}
-    layers: list[Spec] = [
-        {
-            "mark": {"type": "bar", "color": "var(--c1)", "opacity": opacity, "clip": True},
-            "encoding": {"y": row, "x": {**axis, "field": field}, "tooltip": [{"field": "label", "title": "input"}]},
-        }
-        for field, opacity in (("total", 0.45), ("first", 1))
+    rows = [
+        Row(
+            item["label"], tuple(Bar(0.0, item[key], look) for key, look in (("total", "f-c1 pale"), ("first", "f-c1")))
+        )
+        for item in records
     ]
-    height = BAR_HEIGHT * len(values) + 8
-    spec = {"data": {"values": values}, "layer": [*layers, _labels(row)], "height": height}
-    return whole_spec(spec, description)
+    return rows_chart(rows, across, description, domain=(0.0, 1.0))
 
 
 def histogram(
     bars: Sequence[Mapping[str, Any]], marks: Sequence[Mapping[str, Any]], across: str, description: str
-) -> Spec:
+) -> Drawing:
     """Counts from ``low`` to ``high``, and `marks`: lines ``at`` a place, each of a ``kind``; ``text`` has figures.
 
-    A Vega-Lite specification; `across` is the title of the axis with its unit. Marks are bounds and observed extremes.
+    `across` is the title of the axis with its unit. Marks are bounds and observed extremes.
     """
-    place = {"type": "quantitative", "title": across, "scale": {"zero": False}}
+    looks = ("l-accent two", "l-c2 two dashed")
     kinds = list(dict.fromkeys(mark["kind"] for mark in marks))
-    scale = {"domain": kinds, "range": ["var(--accent)", "var(--c2)"][: len(kinds)]}
-    dashes = {"domain": kinds, "range": [[1, 0], [5, 4]][: len(kinds)]}
-    line = {"field": "kind", "type": "nominal", "title": None, "legend": {"symbolStrokeWidth": 3}}
-    layers: list[Spec] = [
-        {
-            "mark": {"type": "rect", "color": "var(--c1)", "stroke": "var(--paper)", "strokeWidth": 1},
-            "encoding": {
-                "x": {**place, "field": "low"},
-                "x2": {"field": "high"},
-                "y": {"field": "count", "type": "quantitative", "title": "data"},
-                "y2": {"datum": 0},
-                "tooltip": [{"field": "text", "title": "latency"}, {"field": "count", "title": "data"}],
-            },
-        },
-        {
-            "data": {"values": list(marks)},
-            "mark": {"type": "rule", "strokeWidth": 2},
-            "encoding": {
-                "x": {**place, "field": "at"},
-                "color": {**line, "scale": scale},
-                "strokeDash": {**line, "scale": dashes},
-                "tooltip": [{"field": "kind", "title": "bound"}, {"field": "text", "title": "latency"}],
-            },
-        },
-    ]
-    return whole_spec({"data": {"name": "bins", "values": list(bars)}, "layer": layers, "height": 200}, description)
-
-
-def _labels(row: Spec) -> Spec:
-    mark = {"type": "text", "align": "left", "baseline": "bottom", "dy": -8, "fontSize": 11, "limit": 560}
-    return {"mark": mark, "encoding": {"y": row, "x": {"value": 2}, "text": {"field": "label"}}}
+    boxes = [(bar["low"], bar["high"], bar["count"], f"{bar['text']}: {bar['count']} data") for bar in bars]
+    rules = [(m["at"], looks[kinds.index(m["kind"])], f"{m['kind']}: {m['text']}") for m in marks]
+    legend = list(zip(kinds, ("accent", "c2"), strict=False))
+    return plane_chart([], across, "data", description, boxes=boxes, rules=rules, legend=legend, height=170)

@@ -249,7 +249,7 @@ window.dseFirst = (page) => {
     });
     if (first.kinds.length > 8) key.append(make("span", `and ${first.kinds.length - 8} more kinds`));
     if (data.baseline) key.append(make("span", "cross: baseline"));
-    element("plot-note").textContent = `${data.front.length} design${data.front.length > 1 ? "s" : ""}; click: A, shift-click: B`;
+    element("plot-note").replaceChildren(`${data.front.length} design${data.front.length > 1 ? "s" : ""}`, make("span", "; click: A, shift-click: B", { class: "only-screen" }));
   }
 
   function setUpSides() {

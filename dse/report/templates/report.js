@@ -5,16 +5,8 @@
     return new Response(new Blob([packed]).stream().pipeThrough(new DecompressionStream("gzip"))).text();
   }
 
-  const library = document.getElementById("library");
-  if (library) {
-    // the content security policy knows the hash of this text and admits no other
-    const script = document.createElement("script");
-    script.textContent = await unpacked(library);
-    document.head.append(script);
-  }
   const data = JSON.parse(await unpacked(document.getElementById("data")));
-  const state = { chosen: data.chosen, kept: null, brush: null, limits: data.objectives.map(() => null), bands: {}, details: [] };
-  const hasPlots = typeof vegaEmbed !== "undefined";
+  const state = { chosen: data.chosen, kept: null, brush: null, limits: data.objectives.map(() => null), bands: {} };
   const element = (id) => document.getElementById(id);
   const make = (tag, text, attributes = {}) => {
     const node = document.createElement(tag);
@@ -22,30 +14,11 @@
     for (const [name, value] of Object.entries(attributes)) node.setAttribute(name, value);
     return node;
   };
-  const page = { data, state, element, make, choose, keep, axisOf, hasPlots, ready: false };
+  const page = { data, state, element, make, choose, keep, axisOf, ready: false };
   window.dseReport = page;
-  const options = { actions: false, renderer: "svg", ast: true, tooltip: { theme: "custom" } };
-
-  function narrow(spec) {
-    // a phone has no room for long labels
-    if (window.innerWidth < 600 && spec.config) {
-      spec.config.legend.columns = 1;
-    }
-    return spec;
-  }
-
-  function copy(value) {
-    return JSON.parse(JSON.stringify(value));
-  }
-
-  // on paper everything is open, and the plots are drawn for its width
+  // the plots of the front are drawn for the width of paper
   const paper = 680;
-  const drawn = new Set();
-  let folded = [];
   window.addEventListener("beforeprint", () => {
-    folded = [...document.querySelectorAll("details:not([open])")];
-    folded.forEach((node) => (node.open = true));
-    drawn.forEach((view) => view.container() && view.width(paper).run());
     if (page.ready && page.showSides) {
       page.printing = true;
       page.plotScatter(paper);
@@ -54,7 +27,6 @@
     }
   });
   window.addEventListener("afterprint", () => {
-    folded.forEach((node) => (node.open = false));
     if (page.ready && page.showSides) {
       page.printing = false;
       page.plotScatter();
@@ -64,91 +36,7 @@
     window.dispatchEvent(new Event("resize"));
   });
 
-  async function embed(node, spec) {
-    const result = await vegaEmbed(node, narrow(copy(spec)), options);
-    const drawing = node.querySelector("svg");
-    if (drawing) drawing.setAttribute("focusable", "false");
-    drawn.add(result.view);
-    const finalize = result.finalize;
-    return Object.assign(result, {
-      finalize: () => {
-        drawn.delete(result.view);
-        finalize();
-      },
-    });
-  }
-
   // --- one alternative -----------------------------------------------------------------------------------------
-
-  function rowsOf(numbers) {
-    return numbers.map((number) => data.rows[number]);
-  }
-
-  async function plotDetails() {
-    const old = state.details;
-    state.details = [];
-    old.forEach((result) => result.finalize());
-    const chosen = state.chosen;
-    const detail = data.details[chosen];
-    for (const node of hasPlots ? document.querySelectorAll("#alternative .plot") : []) {
-      const kind = node.dataset.plot;
-      const number = Number(node.dataset.number);
-      const single = kind === "usage" || kind === "deadlines";
-      const found = rowsOf(single ? detail[kind] : detail[kind === "timeline" ? "timelines" : "flows"][number]);
-      const rows = kind === "usage" ? stackShares(found) : kind === "flow" ? stackRows(found) : found;
-      const spec = copy((kind === "flow" ? data.specs.flows[number] : data.specs[kind]) || null);
-      if (!spec || !rows.length) continue;
-      spec.data.values = rows;
-      if (kind === "usage") fitUsage(spec, rows);
-      else spec.height = data.heights[kind] * new Set(rows.map((row) => row.row)).size + 8;
-      if (kind === "flow") fitFlow(spec, rows);
-      const result = await embed(node, spec);
-      if (state.chosen !== chosen) {
-        result.finalize();
-        return;
-      }
-      state.details.push(result);
-    }
-  }
-
-  function stackRows(rows) {
-    let start = 0;
-    return rows.map((row) => {
-      const bar = { start: start / 1e6, best: (start + row.min_ns) / 1e6, end: (start + row.max_ns) / 1e6 };
-      start += row.max_ns;
-      return { ...row, ...bar, title: `${row.short || row.label} · ${row.text}` };
-    });
-  }
-
-  function stackShares(rows) {
-    let before = null;
-    return rows.map((row) => {
-      const fresh = !before || before.name !== row.name;
-      const start = fresh ? 0 : before.end;
-      before = { ...row, start, end: start + row.share, shade: fresh ? 0 : 1 - before.shade };
-      return before;
-    });
-  }
-
-  function fitFlow(spec, rows) {
-    const methods = data.methods;
-    const used = methods.names.filter((name) => rows.some((row) => row.method === name));
-    const scale = { domain: used, range: used.map((name) => methods.colours[methods.names.indexOf(name)]) };
-    for (const layer of spec.layer) if (layer.encoding.color) layer.encoding.color.scale = scale;
-  }
-
-  function fitUsage(spec, rows) {
-    const names = [...new Set(rows.map((row) => row.name))];
-    const firsts = names.map((name) => rows.find((row) => row.name === name));
-    spec.height = data.bar * names.length + 8;
-    const most = Math.max(100, ...rows.map((row) => row.end));
-    for (const layer of spec.layer) {
-      layer.encoding.y.sort = names;
-      if (layer.encoding.x.scale) layer.encoding.x.scale.domain = [0, most];
-    }
-    spec.layer[1].data.values = firsts.filter((row) => row.limit !== null);
-    spec.layer[2].data.values = firsts;
-  }
 
   function reveal(row) {
     const box = row.closest(".scroll");
@@ -174,7 +62,6 @@
     page.markScatter();
     page.markParallel();
     page.showSides();
-    await plotDetails();
     if (page.remember) page.remember();
     window.dispatchEvent(new CustomEvent("dse-chosen", { detail: id }));
     if (focus) element("alternative-title").focus();
@@ -273,16 +160,7 @@
     });
   }
 
-  async function plotStudies() {
-    if (!hasPlots) return;
-    for (const node of document.querySelectorAll('[data-plot="study"]')) {
-      await embed(node, data.specs.studies[Number(node.dataset.number)]);
-    }
-  }
-
   async function start() {
-    document.documentElement.classList.toggle("plotless", !hasPlots);
-    await plotStudies();
     if (!data.front.length) {
       window.dseReport.ready = true;
       return;
@@ -295,7 +173,6 @@
     window.dseDecide(page);
     await page.plotScatter();
     page.plotParallel();
-    await plotDetails();
     page.showSides();
     await keep();
     element("front-table").addEventListener("change", (event) => choose(Number(event.target.value)));

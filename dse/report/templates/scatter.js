@@ -69,8 +69,10 @@ window.dseScatter = (page) => {
       const limit = boundOf(axis);
       if (limit && limit.value > high && limit.value < high + wide * data.edge) high = limit.value;
       if (limit && limit.value < low && limit.value > low - wide * data.edge) low = limit.value;
-      const base = baselineAt(axis);
-      if (base) [low, high] = [Math.min(low, base.value), Math.max(high, base.value)];
+      for (const record of [data.baseline, first.beyond]) {
+        const mark = nearTheFront(record, axis);
+        if (mark) [low, high] = [Math.min(low, mark.value), Math.max(high, mark.value)];
+      }
       const gap = (high - low || wide) * 0.07;
       [low, high] = [low - gap, high + gap];
     }
@@ -80,15 +82,15 @@ window.dseScatter = (page) => {
 
   const boundOf = (axis) => (axis.field[0] === "o" ? first.bounds[Number(axis.field.slice(1))] : null);
 
-  function baselineAt(axis) {
-    // one far away is put at the edge, for the axes fit the front
-    if (!data.baseline || data.baseline[axis.field] === null || data.baseline[axis.field] === undefined) return null;
+  function nearTheFront(record, axis) {
+    // what is far away is put at the edge, for the axes fit the front
+    if (!record || record[axis.field] === null || record[axis.field] === undefined) return null;
     const values = data.front.map((one) => one[axis.field]).filter((value) => value !== null);
     if (!values.length) return null;
     const [low, high] = [Math.min(...values), Math.max(...values)];
     const wide = data.edge * (high - low || Math.abs(high) || 1);
-    const value = Math.min(Math.max(data.baseline[axis.field], low - wide), high + wide);
-    return { value, far: value !== data.baseline[axis.field] };
+    const value = Math.min(Math.max(record[axis.field], low - wide), high + wide);
+    return { value, far: value !== record[axis.field] };
   }
 
   function axisLines(svg, axis, at, size, isUp) {
@@ -181,7 +183,8 @@ window.dseScatter = (page) => {
       points.append(mark);
     }
     svg.append(points);
-    drawBaseline(svg, axes);
+    drawMark(svg, axes, data.baseline, "baseline", "baseline", "M-6 0h12M0 -6v12");
+    drawMark(svg, axes, first.beyond, "over the limit", "nearest", "M-5 -5h10v10h-10z");
     drawDiamonds(svg, axes);
     svg.append(node("g", { class: "marks" }));
     svg.append(node("rect", { class: "brush", width: 0, height: 0 }));
@@ -204,17 +207,18 @@ window.dseScatter = (page) => {
     return group;
   }
 
-  function drawBaseline(svg, axes) {
-    const [x, y] = [baselineAt(axes.x), axes.y ? baselineAt(axes.y) : { value: 0, far: false }];
+  function drawMark(svg, axes, record, said, look, shape) {
+    const [x, y] = [nearTheFront(record, axes.x), axes.y ? nearTheFront(record, axes.y) : { value: 0, far: false }];
     if (!x || !y || x.value < scales.x.low || x.value > scales.x.high) return;
     const place = [scales.x(x.value), scales.y ? scales.y(y.value) : (room.top + drawn.height - room.bottom) / 2];
-    const group = node("g", { class: "baseline", transform: `translate(${place})` });
-    const name = x.far || y.far ? "baseline, beyond the edge" : "baseline";
-    group.append(node("path", { d: "M-6 0h12M0 -6v12" }));
+    const group = node("g", { class: look, transform: `translate(${place})` });
+    const name = x.far || y.far ? `${said}, beyond the edge` : said;
+    group.append(node("path", { d: shape }));
     const isRight = place[0] > drawn.width / 2;
-    group.append(node("text", { x: isRight ? 6 : -6, y: place[1] > drawn.height / 2 ? -10 : 18, "text-anchor": isRight ? "end" : "start" }, name));
-    const figures = data.objectives.map((objective, axis) => `${objective.name} ${data.baseline["t" + axis]}`);
-    group.append(node("title", {}, ["baseline", ...figures].join("\n")));
+    const beside = look === "nearest" ? { x: isRight ? -10 : 10, y: 4 } : { x: isRight ? 6 : -6, y: place[1] > drawn.height / 2 ? -10 : 18 };
+    group.append(node("text", { ...beside, "text-anchor": isRight ? "end" : "start" }, name));
+    const figures = data.objectives.map((objective, axis) => `${objective.name} ${record["t" + axis]}`);
+    group.append(node("title", {}, [said, ...figures].join("\n")));
     svg.append(group);
   }
 

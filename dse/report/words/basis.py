@@ -24,20 +24,20 @@ def basis_parts(settings: Mapping[str, Any]) -> dict[str, str]:
     Returns a phrase for each setting that is worth a word: ``profile`` and ``processing`` always, others where they
     differ from what is usual under the profile.
     """
-    found = {"profile": f"profile {settings['profile']}"}
+    parts = {"profile": f"profile {settings['profile']}"}
     if settings["profile"] != "dse":
-        found["worst_case"] = f"worst case by {settings['worst_case'].replace('_', ' ')}"
+        parts["worst_case"] = f"worst case by {settings['worst_case'].replace('_', ' ')}"
         for name in OSATE_SETTINGS:
             if name != "worst_case" and settings.get(name, SETTINGS[name][0]) != SETTINGS[name][0]:
-                found[name] = f"{name.replace('_', ' ')}: {settings[name].replace('_', ' ')}"
-    found["processing"] = f"processing by {settings['processing'].replace('_', ' ')}"
+                parts[name] = f"{name.replace('_', ' ')}: {settings[name].replace('_', ' ')}"
+    parts["processing"] = f"processing by {settings['processing'].replace('_', ' ')}"
     if settings["deadlines"] != profile_defaults(settings["profile"])["deadlines"]:
-        found["deadlines"] = f"deadlines: {settings['deadlines']}"
+        parts["deadlines"] = f"deadlines: {settings['deadlines']}"
     if settings["overload"] != "forbidden":
-        found["overload"] = "overload allowed"
+        parts["overload"] = "overload allowed"
     if settings.get("robust"):
-        found["robust"] = "robust: requirements hold for all stated values"
-    return found
+        parts["robust"] = "robust: requirements hold for all stated values"
+    return parts
 
 
 def basis_words(settings: Mapping[str, Any]) -> str:

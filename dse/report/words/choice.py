@@ -7,6 +7,7 @@ from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from fractions import Fraction
+from typing import TYPE_CHECKING
 
 from dse.analysis.terms import PPM
 from dse.answers.designs import Point
@@ -15,9 +16,13 @@ from dse.answers.ranking.kinds import Kind, Kinds, shortest_names
 from dse.answers.ranking.reasons import Margin
 from dse.answers.result import Result
 from dse.answers.tables.display import counted, readable
-from dse.report.amounts import difference_words, listed
+from dse.report.amounts import amount_words, difference_words, listed, safe_text
 from dse.space.model.space import EMPTY
 from dse.support.units import is_unbounded
+
+if TYPE_CHECKING:
+    from dse.questions.beyond import Beyond
+    from dse.questions.question import HasDecisions
 
 CLOSE = Fraction(1, 100)
 """Scores that are no further apart than this share of the larger one are a tie."""
@@ -64,7 +69,7 @@ class Names:
         """
         return ", ".join(self.option(name, point.decisions.get(name)) for name in self.naming)
 
-    def design(self, point: Point) -> str:
+    def design(self, point: HasDecisions) -> str:
         """The short name of a design: its computers where they are open, and the decisions that differ on the front.
 
         Options joined by commas, each once; at most `MOST_SHARING` computers.
@@ -73,6 +78,24 @@ class Names:
         names = [*types, *(name for name in self.told if name not in types)]
         options = [self.option(name, point.decisions.get(name)) for name in names if name in point.decisions]
         return ", ".join(dict.fromkeys(options))
+
+
+def beyond_words(result: Result, item: Beyond) -> tuple[str, str]:
+    """The saving of the nearest design beyond a limit, and its excess.
+
+    Two texts: ``price 735 EUR lower than in any design of the front`` and ``jitter 1.708 ms above the limit of 18 ms``;
+    the excess is rounded up.
+    """
+    currency = result.space.currency
+    saved = next(info for info in result.objectives if info.name == item.saved)
+    least = min(point.objectives[item.saved] for point in result.front)
+    lower = amount_words(least - item.objectives[item.saved], saved.unit, currency)
+    excess = safe_text(item.value - item.limit, item.unit, currency, is_least=True)
+    bound = counted(item.limit, item.unit, currency)
+    return (
+        f"{item.saved} {lower} lower than in any design of the front",
+        f"{item.limited} {excess} above the limit of {bound}",
+    )
 
 
 def near_scores(kinds: Sequence[Kind]) -> list[Kind]:

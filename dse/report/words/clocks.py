@@ -8,9 +8,10 @@ from math import lcm
 from typing import Any
 
 from dse.analysis.latency.offset_advice import Boundary
-from dse.report.amounts import listed
+from dse.report.amounts import listed, shortened
 from dse.report.page import NOTHING, Block, Plot, Table, texts
-from dse.report.plots.front import Spec, whole_spec
+from dse.report.plots.canvas import Canvas, Drawing, scale_of
+from dse.report.plots.charts import MOST_LETTERS
 from dse.support.units import Exact, format_duration
 
 CAPTION = (
@@ -191,51 +192,27 @@ def _at(time_ns: Exact) -> str:
     return f"at {format_duration(time_ns)}"
 
 
-def timeline(records: Sequence[Mapping[str, Any]]) -> Spec:
+def timeline(records: Sequence[Mapping[str, Any]]) -> Drawing:
     """A row for each timer: its releases, when their data are there, and lines to where they are read.
 
-    A Vega-Lite specification with times in ms on the clock that the timers share.
+    Times are in ms on the clock that the timers share. A bar is from a release until its data are surely there.
     """
-    axis = {"labels": False, "ticks": False, "domain": False, "grid": False}
-    scale = {"paddingInner": 0.5, "paddingOuter": 0.5}
-    row = {"field": "row", "type": "ordinal", "title": None, "axis": axis, "scale": scale}
-    across = {"type": "quantitative", "title": "time on the clock [ms]", "axis": {"tickCount": 8}}
-    tooltip = [{"field": "label", "title": "timer"}, {"field": "text", "title": "what it makes"}]
-    hue, soft = {"value": "var(--c1)"}, {"value": "var(--soft)"}
-    layers: list[Spec] = [
-        {
-            "mark": {"type": "bar", "opacity": 0.3, "height": 12},
-            "encoding": {"y": row, "x": {**across, "field": "release"}, "x2": {"field": "last"}, "color": hue,
-                         "tooltip": tooltip},
-        },
-        {
-            "mark": {"type": "bar", "height": 12, "opacity": 0.75},
-            "encoding": {"y": row, "x": {**across, "field": "first"}, "x2": {"field": "last"}, "color": hue,
-                         "tooltip": tooltip},
-        },
-        {
-            "mark": {"type": "rule", "strokeDash": [3, 3]},
-            "encoding": {"y": row, "x": {**across, "field": "last"}, "x2": {"field": "read"}, "color": soft,
-                         "tooltip": tooltip},
-        },
-        {
-            "mark": {"type": "rule"},
-            "encoding": {"y": row, "y2": {"field": "to"}, "x": {**across, "field": "read"}, "color": soft},
-        },
-        {
-            "mark": {"type": "tick", "thickness": 2, "size": 20},
-            "encoding": {"y": row, "x": {**across, "field": "release"}, "color": {"value": "var(--ink)"}},
-        },
-        {
-            "transform": [{"filter": "datum.named"},
-                          {"aggregate": [{"op": "min", "field": "release", "as": "release"}],
-                           "groupby": ["row", "label"]}],
-            "mark": {"type": "text", "align": "left", "baseline": "bottom", "dy": -11, "fontSize": 11, "limit": 320},
-            "encoding": {"y": row, "x": {"value": 2}, "text": {"field": "label"}},
-        },
-    ]  # fmt: skip
-    height = TIMELINE_ROW * len({item["row"] for item in records}) + 8
-    return whole_spec(
-        {"data": {"name": "rows", "values": list(records)}, "layer": layers, "height": height},
-        "Timers on one clock: when each is released, when what it makes is there, and when that is read.",
-    )
+    canvas = Canvas()
+    names = {record["row"]: record["label"] for record in records}
+    times = [record[key] for record in records for key in ("release", "last", "read")]
+    scale = scale_of([0.0, *times])
+    middle = {row: 26 + number * TIMELINE_ROW for number, row in enumerate(sorted(names))}
+    bottom = TIMELINE_ROW * len(names) + 2
+    height = canvas.axis_across(scale, 0, bottom, "time on the clock [ms]")
+    for record in records:
+        release, first, last, read = (scale(record[key]) for key in ("release", "first", "last", "read"))
+        y, tip = middle[record["row"]], f"{record['label']} {record['text']}"
+        canvas.bar(release, last, y - 6, 12, "f-c1 pale", tip)
+        canvas.bar(first, last, y - 6, 12, "f-c1", tip)
+        canvas.line((last, y), (read, y), "l-soft dashed", tip)
+        canvas.line((read, y), (read, middle[record["to"]]), "l-soft")
+        canvas.line((release, y - 10), (release, y + 10), "l-ink two")
+    for row, name in names.items():
+        canvas.text(0, middle[row] - 13, shortened(name, MOST_LETTERS), "rim")
+    words = "Timers on one clock: when each is released, when its data are there, and when they are read."
+    return canvas.drawing(words, height)

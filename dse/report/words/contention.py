@@ -155,8 +155,8 @@ def bus_words(space: Space) -> str:
 
     One or two sentences; both are needed where a system mixes buses with and without arbitration.
     """
-    told = "Waiting for a bus is not in the latencies: each message counts as if alone on it."
-    left = (_left_out_words(space) or told) if leaves_out_buses(space) else ""
+    text = "Waiting for a bus is not in the latencies: each message counts as if alone on it."
+    left = (_left_out_words(space) or text) if leaves_out_buses(space) else ""
     return " ".join(filter(None, (arbitration_words(space), left)))
 
 
@@ -170,23 +170,23 @@ def contention_words(result: Result) -> str:
     space = result.space
     if all(item.implied for item in space.requirements):
         return "CPU contention is not in the latencies, and no requirement is stated that it could violate."
-    found = {point.id: result.contended.get(str(point.id)) for point in result.front}
-    known = {number: item for number, item in found.items() if item is not None and item.status != "unknown"}
+    verdicts = {point.id: result.contended.get(str(point.id)) for point in result.front}
+    known = {number: item for number, item in verdicts.items() if item is not None and item.status != "unknown"}
     kept = [number for number, item in known.items() if item.status == "kept"]
     begin = f"{CONTENTION_OUT}, {chosen_words(space)},"
-    rest = f"; {len(found) - len(known)} unknown: the time was too short" if len(known) < len(found) else ""
+    rest = f"; {len(verdicts) - len(known)} unknown: the time was too short" if len(known) < len(verdicts) else ""
     if not known:
         return f"{begin} it is unknown which designs keep every requirement: the time was too short." + COUNTED_BY
-    if len(found) == 1:
+    if len(verdicts) == 1:
         said = f"{begin} the only design {'keeps' if kept else 'does not keep'} every requirement."
         return said if kept else said + COUNTED_BY
-    count = f"{len(kept) or 'none'} of the {len(found)}"
-    if len(kept) == len(found):
-        count = "both" if len(kept) == 2 else f"all {len(found)}"
-    who = f" ({_ids(kept)}; the best is #{kept[0]})" if 0 < len(kept) < len(found) else ""
+    count = f"{len(kept) or 'none'} of the {len(verdicts)}"
+    if len(kept) == len(verdicts):
+        count = "both" if len(kept) == 2 else f"all {len(verdicts)}"
+    who = f" ({_ids(kept)}; the best is #{kept[0]})" if 0 < len(kept) < len(verdicts) else ""
     verb = "keep" if len(kept) > 1 else "keeps"
     said = f"{begin} {count} designs {verb} every requirement{who}{rest}."
-    return said if len(kept) == len(found) else said + COUNTED_BY
+    return said if len(kept) == len(verdicts) else said + COUNTED_BY
 
 
 def chosen_words(space: Space) -> str:
@@ -203,11 +203,11 @@ def broken_choice_words(result: Result, chosen: Point) -> str:
     Empty where it breaks nothing, it is not known, or the front was searched with response times. That none keeps
     them is said by `contention_words`.
     """
-    found = result.contended.get(str(chosen.id)) if result.leaves_out_contention else None
-    if found is None or found.status != "broken":
+    verdict = result.contended.get(str(chosen.id)) if result.leaves_out_contention else None
+    if verdict is None or verdict.status != "broken":
         return ""
-    more = len(found.broken) - 1
-    violated = f"{_broken_words(found.broken[0], result.space.currency)}" + (f" and {more} more" if more > 0 else "")
+    more = len(verdict.broken) - 1
+    violated = f"{_broken_words(verdict.broken[0], result.space.currency)}" + (f" and {more} more" if more > 0 else "")
     said = f"But with response times it violates {violated}"
     if cores_beside(result.space):
         own = own_core_words(result.space)
@@ -293,22 +293,22 @@ def bound_words(space: Space, design: Design | None = None) -> str:
     One sentence with the cores on which a response time need not be reached, and why; with `design` for that design
     only.
     """
-    told = _safe(safe_bounds(space, design))
-    return f"They are {told}." if told else ""
+    reasons = _safe(safe_bounds(space, design))
+    return f"They are {reasons}." if reasons else ""
 
 
-def safe_words(found: Mapping[str, Sequence[str]], *, is_known: bool = True) -> str:
-    """The remark that a proof rests on response times that are safe bounds: `found` says why they are.
+def safe_words(reasons: Mapping[str, Sequence[str]], *, is_known: bool = True) -> str:
+    """The remark that a proof rests on response times that are safe bounds: `reasons` says why they are.
 
     It may only rest on them where it is not `is_known` which demands clash.
     """
-    told, rests = _safe(found), "rests" if is_known else "may rest"
-    return f"The proof {rests} on response times that are {told}: a design may be in time all the same." if told else ""
+    text, rests = _safe(reasons), "rests" if is_known else "may rest"
+    return f"The proof {rests} on response times that are {text}: a design may be in time all the same." if text else ""
 
 
-def _safe(found: Mapping[str, Sequence[str]]) -> str:
-    told = [f"{why} {_some(names, MOST_EXAMPLES)}" for why, names in found.items() if names]
-    return f"safe bounds, which need not be reached, on cores where {'; '.join(told)}" if told else ""
+def _safe(reasons: Mapping[str, Sequence[str]]) -> str:
+    phrases = [f"{why} {_some(names, MOST_EXAMPLES)}" for why, names in reasons.items() if names]
+    return f"safe bounds, which need not be reached, on cores where {'; '.join(phrases)}" if phrases else ""
 
 
 def core_words(space: Space) -> str:
@@ -321,12 +321,12 @@ def core_words(space: Space) -> str:
 
 def _cores_of_origins(origins: Collection[str]) -> str:
     """The cores on which response times are counted, in words, from who chooses them."""
-    given = " or ".join(word for word in ("stated", "decided") if word in origins)
+    words = " or ".join(word for word in ("stated", "decided") if word in origins)
     if not origins:
         return "on the only core of each processor"
     if "first-fit" not in origins:
-        return f"on the cores {given}"
-    return f"on the cores {given}, else those that first-fit gives" if given else "on the cores that first-fit gives"
+        return f"on the cores {words}"
+    return f"on the cores {words}, else those that first-fit gives" if words else "on the cores that first-fit gives"
 
 
 def cores_origin(space: Space) -> str:
@@ -350,25 +350,25 @@ def _ids(numbers: list[int]) -> str:
     return f"{shown} and {more} more" if more > 0 else shown
 
 
-def contended_words(found: Contended | None, currency: str, *, own: str = "") -> str:
+def contended_words(verdict: Contended | None, currency: str, *, own: str = "") -> str:
     """The verdict on a design when response times count.
 
     One sentence with at most `MOST_BROKEN` violated requirements, and `MOST_NAMES` other cores. `own` is what the cores
     are called on which requirements are violated, where others could have been chosen (`own_core_words`).
     """
-    if found is None:
+    if verdict is None:
         return "Unknown: the time was too short."
-    if found.decisions:
-        chosen = _some([f"{name} {option}" for name, option in found.decisions.items()])
+    if verdict.decisions:
+        chosen = _some([f"{name} {option}" for name, option in verdict.decisions.items()])
         return f"Meets every requirement with {chosen}."
-    if not found.broken:
+    if not verdict.broken:
         return "Meets every requirement."
-    shown = "; ".join(_broken_words(item, currency) for item in found.broken[:MOST_BROKEN])
-    more = len(found.broken) - MOST_BROKEN
+    shown = "; ".join(_broken_words(item, currency) for item in verdict.broken[:MOST_BROKEN])
+    more = len(verdict.broken) - MOST_BROKEN
     said = f"Violates {shown}" + (f"; and {more} more" if more > 0 else "")
     if not own:
         return f"{said}."
-    if found.status == "unknown":
+    if verdict.status == "unknown":
         return f"{said} ({own}); whether it holds on other cores is unknown: the time was too short."
     return f"{said} ({own}); no other cores meet every requirement: proved."
 
@@ -388,29 +388,29 @@ def placed_words(space: Space, design: Design) -> list[str]:
     """
     view = View(design)
     lines = []
-    for number, found in placements_of(space, design).items():
-        here = dict(sorted(found.cores.items()))
+    for number, placement in placements_of(space, design).items():
+        here = dict(sorted(placement.cores.items()))
         if not here:
             continue
         parts = []
         for core in sorted(set(here.values())):
             threads = [thread for thread, its in here.items() if its == core]
             names = ", ".join(_named(space, thread, view) for thread in threads)
-            used = readable(found.loads[core - 1] * PPM, "ppm")
+            used = readable(placement.loads[core - 1] * PPM, "ppm")
             parts.append(f"core {core} ({used}) {names if len(here) <= MOST_THREADS else f'{len(threads)} threads'}")
-        lines.append(f"{space.processors[number].name}: {'; '.join(parts)}{_partition_words(space, number, found)}")
+        lines.append(f"{space.processors[number].name}: {'; '.join(parts)}{_partition_words(space, number, placement)}")
     return lines
 
 
-def _partition_words(space: Space, processor: int, found: Spread) -> str:
+def _partition_words(space: Space, processor: int, placement: Spread) -> str:
     """Whether threads without a core can be put on cores such that each keeps what is required of it."""
-    if not found.is_open:
+    if not placement.is_open:
         return ""
     room = core_room(space, processor)
     within = f"{'below' if room.is_strict else 'within'} {readable(room.share * PPM, 'ppm')} of each core"
-    if found.status == "found":
+    if placement.status == "found":
         return f" (a partition {within})"
-    if found.status == "none":
+    if placement.status == "none":
         return f" (no partition is {within}: proved)"
     return f" (whether a partition is {within} is undecided)"
 

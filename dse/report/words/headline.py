@@ -60,11 +60,11 @@ def limits_words(result: Result, room: int) -> str:
     limits += ["every deadline met"] if any(item.text.endswith(DEADLINE) for item in asked) else []
     if result.space.overload == "allowed":
         limits.insert(0, "overload allowed")
-    for told in range(len(limits), -1, -1):
-        more = len(limits) - told
-        noun = f"{'more ' if told else ''}limit{'s' if more > 1 else ''}"
+    for count in range(len(limits), -1, -1):
+        more = len(limits) - count
+        noun = f"{'more ' if count else ''}limit{'s' if more > 1 else ''}"
         rest = [f"{more} {noun}"] if more else []
-        words = ", ".join([*limits[:told], *rest])
+        words = ", ".join([*limits[:count], *rest])
         if len(words) <= room:
             break
     return words if limits else ""
@@ -138,9 +138,9 @@ class Waiting:
     def __init__(self, result: Result) -> None:
         self.result = result
         left = result.leaves_out_contention and any(not item.implied for item in result.space.requirements)
-        found = {point.id: result.contended.get(str(point.id)) for point in (result.front if left else ())}
+        verdicts = {point.id: result.contended.get(str(point.id)) for point in (result.front if left else ())}
         self.known: dict[int, Contended] = {
-            number: item for number, item in found.items() if item is not None and item.status != "unknown"
+            number: item for number, item in verdicts.items() if item is not None and item.status != "unknown"
         }
         self.kept = [number for number, item in self.known.items() if item.status == "kept"]
         self.is_asked = left
@@ -193,11 +193,11 @@ class Waiting:
 
     def _common(self) -> str:
         """The limit that most of the designs violate, and its least value; else that it is one or another."""
-        found: dict[str, list[tuple[Fraction | None, int, Broken]]] = {}
+        violations: dict[str, list[tuple[Fraction | None, int, Broken]]] = {}
         for number, item in self.known.items():
             for broken in item.broken:
-                found.setdefault(broken.requirement, []).append((broken.value, number, broken))
-        text, rows = max(found.items(), key=lambda pair: len(pair[1]))
+                violations.setdefault(broken.requirement, []).append((broken.value, number, broken))
+        text, rows = max(violations.items(), key=lambda pair: len(pair[1]))
         if len(rows) < len(self.known):
             return "one or more limits"
         bounded = [(value, number, broken) for value, number, broken in rows if value is not None]
@@ -259,8 +259,8 @@ def unbounded_words(result: Result) -> list[str]:
     One sentence for each objective; empty where all are finite.
     """
     first = result.front[0].objectives
-    found = [info.name for info in result.objectives if is_unbounded(first[info.name])]
-    return [f"{name[:1].upper()}{name[1:]} is unbounded." for name in found]
+    names = [info.name for info in result.objectives if is_unbounded(first[info.name])]
+    return [f"{name[:1].upper()}{name[1:]} is unbounded." for name in names]
 
 
 def _share(value: Fraction) -> str:

@@ -102,11 +102,11 @@ def _wait_words(waits: Sequence[Wait], *, told: bool) -> Iterator[str]:
     places: dict[tuple[str, int, bool], list[Wait]] = {}
     for item in waits:
         places.setdefault((item.processor, item.core, item.is_served), []).append(item)
-    for (processor, core, is_served), found in places.items():
-        parts = list(_parts(found))
+    for (processor, core, is_served), here in places.items():
+        parts = list(_parts(here))
         if parts:
             where = f" {_place(processor, core, is_served=is_served)}" if told else ""
-            yield f"{', '.join(parts)}{where}{_over(found)}"
+            yield f"{', '.join(parts)}{where}{_over(here)}"
 
 
 def _parts(waits: Sequence[Wait]) -> Iterator[str]:
@@ -152,17 +152,17 @@ def delayed_words(delayed: Delayed) -> str:
     ``nav waits 4 ms on core 1 of p, behind 1 x fast (4 ms); latency of f <= 27 ms holds with 2 ms less of fast each
     time``; where no such time is known ``for latency of f <= 27 ms nav waits ...``.
     """
-    told = [
+    phrases = [
         f"{_who_waits(item)} {_time(item.waited_ns)} behind {'; '.join(_wait_words(item.waits, told=True))}"
         for item in delayed.waiting[:MOST_WAITING]
     ]
     left = delayed.waiting[MOST_WAITING:]
-    told += [f"{len(left)} more wait {_time(sum(item.waited_ns for item in left))} in all"] if left else []
+    phrases += [f"{len(left)} more wait {_time(sum(item.waited_ns for item in left))} in all"] if left else []
     enough = shorter_words(delayed.shorter)
     if not enough:
-        return f"for {delayed.requirement} {'; '.join(told)}"
+        return f"for {delayed.requirement} {'; '.join(phrases)}"
     kept = f"{delayed.requirement} holds with {enough}"
-    return "; ".join([*told, kept])
+    return "; ".join([*phrases, kept])
 
 
 def _who_waits(item: FlowWait) -> str:

@@ -87,7 +87,7 @@ def _row(item: MessageResponse) -> tuple[str, ...]:
         for stream in item.releases or ()
     ]
     return (
-        item.name,
+        _named(item),
         "" if item.identifier is None else f"{item.identifier:#x}",
         "" if item.priority is None else str(item.priority),
         in_ms(item.transmission_ns[1]),
@@ -96,6 +96,11 @@ def _row(item: MessageResponse) -> tuple[str, ...]:
         f"{in_ms(item.blocking_ns)} by {item.blocked_by}" if item.blocking_ns else "",
         _waits_for(item),
     )
+
+
+def _named(item: MessageResponse) -> str:
+    """The connection whose message it is, with what else is carried in it."""
+    return f"{item.name} with {listed(item.carries)}" if item.carries else item.name
 
 
 def _waits_for(item: MessageResponse) -> str:
@@ -126,8 +131,8 @@ def late_message_words(late: LateMessage) -> str:
     ``m3 (0x13) ends 0.7 ms late on b: 0.54 ms of its own, behind 2 x m0 (1.08 ms); in time right before m1, with 0x10``
     """
     item = late.message
-    name = item.name if item.identifier is None else f"{item.name} ({item.identifier:#x})"
-    name = name if item.priority is None else f"{item.name} (priority {item.priority})"
+    name = _named(item) if item.identifier is None else f"{_named(item)} ({item.identifier:#x})"
+    name = name if item.priority is None else f"{_named(item)} (priority {item.priority})"
     end = "has no bound" if late.late_ns is None else f"ends {in_ms(late.late_ns)} late"
     parts = [] if not item.blocking_ns else [f"{item.blocked_by} that has begun ({in_ms(item.blocking_ns)})"]
     waits = _waits_for(item)

@@ -65,37 +65,37 @@ def sentences(result: Result, reasons: Reasons) -> list[Sentence]:
     Labelled sentences: best objectives, baseline, neighbours, variants, limits, largest contributions, improvements.
     """
     currency = result.space.currency
-    found = [Sentence("Among all designs", _best_words(result, reasons))]
+    lines = [Sentence("Among all designs", _best_words(result, reasons))]
     said = _baseline_comparison_words(reasons, currency)
     if said:
         brief = _baseline_comparison_words(reasons, currency, FEW_CHANGES)
-        found.append(Sentence("Against the baseline", said, brief))
+        lines.append(Sentence("Against the baseline", said, brief))
     above, near = reasons.above, reasons.neighbour
     if above is not None:
         same = near is not None and near.with_ == above.with_
         label = f"Against #{above.with_}, ranked above" + (" and its neighbour on the front" if same else "")
-        found.append(_compared(label, above, currency))
+        lines.append(_compared(label, above, currency))
     if reasons.variants:
-        found.append(Sentence("Near-identical", _variants_words(reasons.variants, currency)))
+        lines.append(Sentence("Near-identical", _variants_words(reasons.variants, currency)))
     if near is not None and (above is None or near.with_ != above.with_):
-        found.append(_compared(f"Against #{near.with_}, its neighbour on the front", near, currency))
+        lines.append(_compared(f"Against #{near.with_}, its neighbour on the front", near, currency))
     if reasons.margins:
         tightest = [margin for margin in reasons.margins if not margin.slack] or reasons.margins[:1]
         said = " ".join(margin_words(margin, currency) for margin in tightest)
-        found.append(Sentence(f"Tightest requirement{'s' if len(tightest) > 1 else ''}", said))
+        lines.append(Sentence(f"Tightest requirement{'s' if len(tightest) > 1 else ''}", said))
     for dominant in reasons.dominants:
-        found.append(Sentence(f"Largest part of the {dominant.of} of {dominant.flow}", _dominant_words(dominant)))
-    found += [Sentence(SAME, _spared_words(item)) for item in reasons.spared]
-    found += [Sentence("On one clock", said) for said in boundary_words(reasons.analysis.boundaries)]
+        lines.append(Sentence(f"Largest part of the {dominant.of} of {dominant.flow}", _dominant_words(dominant)))
+    lines += [Sentence(SAME, _spared_words(item)) for item in reasons.spared]
+    lines += [Sentence("On one clock", said) for said in boundary_words(reasons.analysis.boundaries)]
     if placed := placed_words(result.space, reasons.point.design):
-        found.append(Sentence(f"Cores{cores_origin(result.space)}", ". ".join(placed) + "."))
+        lines.append(Sentence(f"Cores{cores_origin(result.space)}", ". ".join(placed) + "."))
     if result.leaves_out_contention:
         own = own_core_words(result.space) if cores_beside(result.space) else ""
         said = contended_words(result.contended.get(str(reasons.point.id)), currency, own=own)
-        found.append(Sentence("With response times", said))
+        lines.append(Sentence("With response times", said))
     for improvement in reasons.improvements:
-        found.append(Sentence(f"To better {improvement.objective}", _improvement_words(improvement, result)))
-    return found
+        lines.append(Sentence(f"To better {improvement.objective}", _improvement_words(improvement, result)))
+    return lines
 
 
 def _spared_words(spared: Spared) -> str:
@@ -381,8 +381,8 @@ def rounding_words(result: Result) -> str:
 
     One sentence with the counting unit of each rounded objective.
     """
-    found = [f"{item.name} (to {item.unit})" for item in result.objectives if item.name in result.rounded]
-    return f"Rounded up, because no unit makes all values whole numbers: {', '.join(found)}." if found else ""
+    rounded = [f"{item.name} (to {item.unit})" for item in result.objectives if item.name in result.rounded]
+    return f"Rounded up, because no unit makes all values whole numbers: {', '.join(rounded)}." if rounded else ""
 
 
 def exclusion_words(space: Space) -> str:
@@ -398,15 +398,15 @@ def extrapolated_words(result: Result) -> str:
 
     Sentences with ids of points and the sizes in question.
     """
-    found: dict[Outside, None] = {}
+    places: dict[Outside, None] = {}
     ids = []
     for point in result.front:
         outside = tuple(outside_sizes(result.space, View(point.design)))
-        found |= dict.fromkeys(outside)
+        places |= dict.fromkeys(outside)
         ids += [f"#{point.id}"] if outside else []
     more = [f"{len(ids) - MOST_VARIANTS} more"] if len(ids) > MOST_VARIANTS else []
     where = listed([*ids[:MOST_VARIANTS], *more]) if len(ids) < len(result.front) else "every design"
-    return " ".join(f"In {where} {text}." for text in outside_words(found))
+    return " ".join(f"In {where} {text}." for text in outside_words(places))
 
 
 def unused_words(result: Result) -> str:

@@ -71,7 +71,7 @@ def by_type(bus: Bus, tree: Tree) -> Iterator[tuple[str, bool]]:
 
 
 def with_shared_buses(ledger: Ledger, spec: Spec) -> Spec:
-    """The problem in which what another connection's message carries has the bus and rate of that connection.
+    """The problem in which what another connection's message carries has the bus of that connection.
 
     Mistakes go to `ledger`: unknown connections, other senders, several buses, and fields that cannot be in a frame.
     """
@@ -97,16 +97,11 @@ def with_shared_buses(ledger: Ledger, spec: Spec) -> Spec:
             key = "rate" if given.identifier is None else "identifier"
             ledger.error((*path[:2], key), f"the frame has the {key} of {shown(heads[0])}", "leave it out")
             continue
-        rates = {spec.connections[head].rate for head in heads}
-        if (len(heads) > 1 and len(rates) > 1) or (not is_always and (given.rate is not None or rates != {None})):
-            message = "where there is a choice all leave at the rate of their sender: none states a `rate`"
-            ledger.error(path, message)
+        choices = (*heads, *(() if is_always else (name,)))
+        if len({spec.connections[item].rate is None for item in choices}) > 1:
+            ledger.error(path, "where there is a choice all of them state a `rate`, or none does")
             continue
-        (rate,) = rates
-        if rate is not None and len(rate) > 1:
-            ledger.error(path, f"the rate of {shown(heads[0])} is a decision: state one")
-            continue
-        wires[name] = given.model_copy(update={"bus": tuple(buses), "rate": rate})
+        wires[name] = given.model_copy(update={"bus": tuple(buses)})
     return spec.model_copy(update={"connections": wires}) if wires != spec.connections else spec
 
 
@@ -150,7 +145,7 @@ def read_carried(ledger: Ledger, spec: Spec, name: str) -> Tree:
 
 
 def with_frames(ledger: Ledger, buses: Sequence[Bus], wires: Sequence[Connection]) -> tuple[Connection, ...]:
-    """The connections, each with those that its message may carry, and with identifier and priority of what carries it.
+    """The connections, each with those that its message may carry, and identifier, priority and rate of what carries it.
 
     Reports frames that are longer than those of their bus whatever is chosen.
     """
@@ -162,16 +157,29 @@ def with_frames(ledger: Ledger, buses: Sequence[Bus], wires: Sequence[Connection
             _check_length(ledger, buses, found, number)
     for number, wire in enumerate(found):
         if wire.carried_in is not None:
-
-            def carried(field: str, head: int | None, own: Connection = wire) -> Tree:
-                tree: Tree = getattr(own if head is None else wires[head], field)
-                return tree
-
-            for field in ("identifier", "priority"):
-                tree = graft(wire.carried_in, partial(carried, field))
-                found[number] = replace(found[number], **{field: tree})
-                ledger.narrow(f"{wire.name}.{field}", partial(_where_alone, wire.carried_in))
+            found[number] = replace(
+                wire,
+                identifier=_of_head(wire.carried_in, wire.identifier, [item.identifier for item in wires]),
+                priority=_of_head(wire.carried_in, wire.priority, [item.priority for item in wires]),
+                rate_hz=_of_head(wire.carried_in, wire.rate_hz, [item.rate_hz for item in wires]),
+            )
+            for key in ("identifier", "priority", "rate"):
+                ledger.narrow(f"{wire.name}.{key}", partial(_where_alone, wire.carried_in))
     return tuple(found)
+
+
+def _of_head(carried_in: Tree, own: Tree, heads: Sequence[Tree]) -> Tree:
+    """A figure of the connection whose message carries another one's data; its `own` in a message of its own.
+
+    None where none of them states it.
+    """
+    if {
+        leaf
+        for tree in (own, *(heads[head] for head in leaves(carried_in) if head is not None))
+        for leaf in leaves(tree)
+    } <= {None}:
+        return None
+    return graft(carried_in, lambda head: own if head is None else heads[head])
 
 
 def _where_alone(carried_in: Tree, own: Tree) -> Tree:

@@ -108,9 +108,9 @@ class Bus(Slot):
     which it carries messages, leaves of `protocols` what wraps them without being bound, both for OSATE alone.
     `further` buses carry it as well as `carrier`, all at once. `budget` is AADL's, in B/s, which only verdicts look at.
     Leaves of `sizes_bytes` are the sizes of messages that the transmission time holds for: a `SizeRange`, None where
-    nobody says, or `PerProcessorType`. Leaves of `arbitration` say which waiting message goes next (`Arbitration`); it
-    is None where the waiting is not counted, and `uncounted` says what is missing where some of it is stated. Up to
-    `fault_burst` faults come at once, others `fault_interval_ns` apart (None: none). `assignment` places `any`.
+    nobody says, or `PerProcessorType`. Leaves of `arbitration` say which waiting message goes next; it is None
+    where waiting is not counted, and `uncounted` says what is missing. `fault_burst` faults come at once, others
+    `fault_interval_ns` apart (None: none). `assignment` places `any`.
     """
 
     virtual: bool
@@ -221,11 +221,10 @@ class Connection:
     `bus` leaves are bus indices, or None where the connection is unbound or inside one process; `stated_bus` is the
     same wherever its ends are (unless it was to be decided), `timing` AADL's and `protocols` what wraps its messages
     without being bound, `type_bytes` the size of the port's data type where that is not the size of the port, all for
-    OSATE alone. `further` buses carry it as well as `bus`, all at once. An `is_inner` one is no connection of the file:
-    it leads from a piece of a thread to the next. Of the messages that wait for a bus the one of the lowest
-    `identifier` goes first (``any``: a chosen one), on Ethernet that of the highest `priority`; `deadline_ns` is that
-    of a message, from sending to receipt. Leaves of `carried_in` are the connection whose message carries its data,
-    None where it has one of its own; `riders` are the connections that may be carried in its own.
+    OSATE alone. `further` buses carry it as well as `bus`, all at once. An `is_inner` one is no connection of the file: it
+    leads from a piece of a thread to the next. Of the messages on a bus the lowest `identifier` goes first (``any``: a
+    chosen one), on Ethernet the highest `priority`; `deadline_ns` is from sending to receipt. Leaves of `carried_in`
+    are the connection whose message has its data, None of one of its own; `riders` may be carried in its own.
     """
 
     name: str
@@ -345,6 +344,8 @@ class Space:
     """OSATE's setting for queues at best: or ``full_queue``."""
     bus_queuing: str = "counted"
     """Whether messages wait for buses: ``counted`` where all that decides it is stated, or ``not_counted``."""
+    packed: tuple[str, ...] = ()
+    """The buses on which the search chooses which connections share a frame."""
     executors: tuple[Executor, ...] = ()
     reservations: tuple[Reservation, ...] = ()
     offset_grid_ns: int = 0

@@ -203,7 +203,7 @@ def _metric(text: str, offset: int, depth: int = 0) -> MetricExpr:
     if CALL.match(text.lstrip()):
         return _extreme(text.rstrip(), place - offset, offset, depth)
     outside = set(Scanner(text).outside_quotes())
-    of = next((found for found in _OF.finditer(text) if found.start() in outside), None)
+    of = next((match for match in _OF.finditer(text) if match.start() in outside), None)
     metric, name = (text[: of.start()], text[of.end() :]) if of else (text, None)
     if not metric.strip():
         raise ExpressionError('expected a metric before "of"', place)

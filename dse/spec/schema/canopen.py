@@ -37,12 +37,12 @@ def connection_set(text: str) -> int | None:
     """
     if text in BROADCASTS:
         return BROADCASTS[text]
-    found = OF_NODE.fullmatch(text)
-    if found is None:
+    match = OF_NODE.fullmatch(text)
+    if match is None:
         return None
-    function, node = found[1], int(found[2])
+    function, node = match[1], int(match[2])
     if function not in FUNCTIONS:
-        raise ValueError(f"{found[1]} is no function of CANopen's default connection set")
+        raise ValueError(f"{match[1]} is no function of CANopen's default connection set")
     if not 1 <= node <= MOST_NODE:
         raise ValueError(f"a node of CANopen is a number from 1 to {MOST_NODE}, got {node}")
     return FUNCTIONS[function] + node

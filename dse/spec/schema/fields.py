@@ -249,12 +249,12 @@ def _identifier(value: Any) -> int | str:
         return ANY_IDENTIFIER
     if isinstance(value, str):
         try:
-            found = connection_set(value)
+            number = connection_set(value)
         except ValueError as error:
             known = f"{', '.join(FUNCTIONS)}, each of a node; {', '.join(BROADCASTS)}"
             raise field_error(str(error), f"known: {known}") from None
-        if found is not None:
-            return found
+        if number is not None:
+            return number
     is_text = isinstance(value, str) and _HEXADECIMAL.fullmatch(value)
     return _count(0, MOST_IDENTIFIER)(int(value, 16) if is_text else value)
 

@@ -434,6 +434,7 @@ class Spec(Catalogue):
     priorities: Annotated[Literal["rate_monotonic", "deadline_monotonic", "any"], Respelt()] = "rate_monotonic"
     overload: Literal["forbidden", "allowed"] = "forbidden"
     offset_grid: Period | None = None
+    packing: dict[Name, Literal["any", "stated"]] = {}
     messages: Messages | None = None
     ros2: Ros2 | None = None
     requirements: Items[Line] = ()

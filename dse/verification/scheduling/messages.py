@@ -1,33 +1,35 @@
 """Messages that wait for buses in the second proof: rows of a bus, and what a refused solution teaches.
 
 Rows: of messages that are all due by some time E the last ends by then, after each job of the others that comes until
-it begins, of those with a number before it, too, after a frame of one more, and after the faults of the wire. For each
-E numbers are gone through from the greatest down: once a message that is due has one, whatever has a lower one goes
-before the last that is due.
-One of several intervals holds that end. Lessons: messages of which none can be the last in time, with all options that
-make their bus no less busy (`dse.analysis.messages`); or options under which a message waits so long.
+it begins, of those with a number before it, too, and after a frame of one more. A message that may carry others is due
+as soon as one of these is. For each E numbers are gone through from the greatest down: once a message that is due has
+one, whatever has a lower one goes before the last that is due. One of several intervals holds that end. Lessons:
+messages of which none can be the last in time, with all options that make their bus no less busy
+(`dse.analysis.messages`); or options under which a message waits so long.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
+from functools import partial
 from itertools import chain, pairwise
 from typing import Any
 
 from ortools.sat.python import cp_model
 
+from dse.analysis.binding import frame_numbers
 from dse.analysis.limits import Limit, judge
 from dse.analysis.messages.assignment import Candidate
 from dse.analysis.messages.burdens import burdens, goes_first, is_settled
 from dse.analysis.messages.conflicts import Conflict, conflicts, is_own_deadline, open_identifiers, soonest_ns
-from dse.analysis.messages.stages import candidate_of, counted_buses, faults_on, identifier_range, is_each_alone
-from dse.analysis.scheduling.busy_window import Task
+from dse.analysis.messages.frames import added, apart, has_own_message, longest_frame_ns
+from dse.analysis.messages.stages import candidate_of, counted_buses, identifier_range, is_comparable, limit_ns
 from dse.analysis.scheduling.resolve import released_undelayed
-from dse.analysis.views import CyclicActivation, Noting, View, tabulate
+from dse.analysis.views import CyclicActivation, Noting, PartialView, View, tabulate
 from dse.space.model.space import Design, Space
-from dse.space.model.trees import NotOffered, at, leaves
+from dse.space.model.trees import Choice, NotOffered, at, leaves
 from dse.support.units import Exact
 from dse.verification.scheduling.contention import Lesson
 
@@ -54,7 +56,7 @@ class BusRows:
         self.space, self.model, self.chosen = space, model, chosen
         self.limited = limited_by_deadline(space, limits)
         self._literals: dict[tuple[int, int], Any] = {}
-        for bus in counted_buses(space) if self.limited and is_each_alone(space) else ():
+        for bus in counted_buses(space) if self.limited and is_comparable(space) else ():
             slot = space.buses[bus]
             for option in range(len(slot.types)) if set(leaves(slot.broadcast)) == {False} else ():
                 self._add_bus(bus, slot.type_decision, option)
@@ -91,59 +93,126 @@ class BusRows:
         bits = tabulate(space, bit_of, MOST_CASES, given) or []
         if len({case.value for case in bits}) != 1 or bits[0].value is None:
             return
-        wires = tabulate(space, lambda view: faults_on(space, bus, view), MOST_CASES, given) or []
-        faults = wires[0].value if len(wires) == 1 else None
         messages = [found for number in range(len(space.connections)) if (found := self._message(bus, number, given))]
-        times = {item.limit_ns for one in messages if one.number in self.limited for _, item in one.cases}
+        times = {item.limit_ns for one in messages for _, item in one.cases}
         for time in sorted(time for time in times if time is not None):
-            self._add_time(messages, time, bits[0].value, self._is(decision, option), faults)
+            self._add_time(messages, time, bits[0].value, self._is(decision, option))
 
     def _message(self, bus: int, number: int, given: dict[int, int]) -> _Sent | None:
         space, wire = self.space, self.space.connections[number]
-        if set(leaves(wire.bus)) != {bus}:
+        if set(leaves(wire.bus)) != {bus} or not has_own_message(space, number):
             return None
+        alone = apart(space, number, given)
+        own = [
+            item
+            for item in alone.items()
+            if isinstance(wire.carried_in, Choice) and item[0] == wire.carried_in.decision
+        ]
+        members = frame_numbers(space, wire, PartialView({**space.fixed, **alone})) if wire.riders else [number]
 
         def formula(view: View) -> Candidate:
             (task,) = released_undelayed(space, view, [(number, "message")]).values()
-            return candidate_of(space, bus, number, view, task)
+            due = [limit_ns(space, bus, one, view) for one in members if one in self.limited]
+            limit = min((item for item in due if item is not None), default=None)
+            return replace(candidate_of(space, bus, number, view, task), limit_ns=limit)
 
-        cases = tabulate(space, formula, MOST_CASES, given) or []
+        cases = tabulate(space, formula, MOST_CASES, alone) or []
         if not cases or any(case.value.task is None for case in cases):
             return None
-        numbers = tabulate(space, lambda view: at(wire.identifier, view), MOST_CASES) or []
+        numbers = tabulate(space, lambda view: at(wire.identifier, view), MOST_CASES, alone if own else None) or []
+        riders = [(one, case) for one in wire.riders for case in added(space, bus, number, one, alone)]
+        full = [case.value for case in tabulate(space, partial(longest_frame_ns, space, bus), MOST_CASES, alone) or ()]
+        longest = max(case.value.last_ns for case in cases)
+        ends = [item for item in full if item is not None]
+        whole = (
+            max(ends) if ends and len(ends) == len(full) else longest + sum(case.value.extra_ns for _, case in riders)
+        )
         return _Sent(
             number,
             [(self._where(case.conditions), case.value) for case in cases],
-            [(self._where(case.conditions), case.value) for case in numbers if isinstance(case.value, int)],
+            [(self._where([*own, *case.conditions]), case.value) for case in numbers if isinstance(case.value, int)],
+            self._where(own),
+            [
+                _Carried(
+                    self._where(case.conditions),
+                    case.value.extra_ns,
+                    case.value.limit_ns if one in self.limited else None,
+                )
+                for one, case in riders
+            ],
+            whole if riders else longest,
         )
 
-    def _add_time(self, messages: Sequence[_Sent], time: Exact, bit: Exact, kind: Any, faults: Task | None) -> None:
-        due = [one for one in messages if one.number in self.limited and one.is_due(time)]
+    def _add_time(self, messages: Sequence[_Sent], time: Exact, bit: Exact, kind: Any) -> None:
+        due = [one for one in messages if one.is_due(time) or one.carried_until(time)]
         others = [one for one in messages if one not in due]
-        if not due:
+        if not any(one.is_due(time) for one in due):
             return
-        before = self._before(due, others)
-        last = max(item.last_ns for one in due for _, item in one.cases)
+        before = self._before([one for one in due if one.is_due(time)], others)
+        last = max(one.longest_ns for one in due)
         frame = max((one.frame_ns for one in others), default=0)
         alike = [one for one in others if one.frame_ns == frame]
         blocker = max(alike, key=lambda one: (one.number not in before, one.number), default=None)
-        repeated = max(one.frame_ns for one in due)  # each of these goes before the last, or is it
+        open_frames = [one for one in others if one.number not in before]
+        blocked = None
+        if any(one.own is not None or one.carried for one in others):
+            blocked, frame, blocker = self._longest_of(open_frames, kind), 0, None
+        there = [self._there(one, time) for one in due]
         parts = []
         for begin, end in _intervals(due, time, last, bit):
-            lost = 0 if faults is None else _hits(faults, begin) * (faults.worst_ns + repeated)
-            row: list[tuple[Any, int]] = [(None, int((frame + lost) * FINE))]
-            for one in due:
-                row += [(literal, int(_work(item, begin, last, bit, time) * FINE)) for literal, item in one.cases]
+            row: list[tuple[Any, int]] = [(None, int(frame * FINE))]
+            for one, present in zip(due, there, strict=True):
+                works = [
+                    _work(item, begin, last, bit, time) if one.is_due(time) else _one_job(item) for _, item in one.cases
+                ]
+                row += [(literal, int(work * FINE)) for (literal, _), work in zip(present.cases, works, strict=True)]
+                jobs = min(int(work / _one_job(item)) for (_, item), work in zip(one.cases, works, strict=True))
+                row += [(literal, int(extra * FINE) * jobs) for literal, extra in present.carried]
             for one in others:
                 if one.number in before:
                     least = min(_work(item, begin, last, bit, 0) for _, item in one.cases)
                     row.append((before[one.number], int((least - (frame if one is blocker else 0)) * FINE)))
             constant = sum(work for literal, work in row if literal is None)
             part = self.model.new_bool_var("")
-            form = sum(work * literal for literal, work in row if literal is not None)
+            form: Any = sum(work * literal for literal, work in row if literal is not None)
+            form = form if blocked is None else form + blocked
             self.model.add(form + constant <= int(end * FINE)).only_enforce_if([kind, part])
             parts.append(part)
         self.model.add_bool_or([*parts, kind.negated()])
+
+    def _both(self, one: Any, other: Any) -> Any:
+        """A literal that is true where both are; None: always."""
+        if one is None or other is None:
+            return other if one is None else one
+        made = self.model.new_bool_var("")
+        self._implies([one, other], made)
+        return made
+
+    def _there(self, one: _Sent, time: Exact) -> _There:
+        """A message where it is sent and due by then, be it for what is carried in it."""
+        if one.is_due(time):
+            cases = [(self._both(one.own, literal), item) for literal, item in one.cases]
+            return _There(cases, [(item.literal, item.extra_ns) for item in one.carried])
+        until = one.carried_until(time)
+        present = self.model.new_bool_var("")
+        for item in until:
+            self._implies([item.literal], present)
+        return _There(
+            [(self._both(present, literal), item) for literal, item in one.cases],
+            [
+                (item.literal if item in until else self._both(present, item.literal), item.extra_ns)
+                for item in one.carried
+            ],
+        )
+
+    def _longest_of(self, messages: Sequence[_Sent], kind: Any) -> Any:
+        """What the longest of these messages takes at least, as a variable."""
+        found = self.model.new_int_var(0, int(max((one.longest_ns for one in messages), default=0) * FINE), "")
+        for one in messages:
+            taken = [(one.own, one.frame_ns), *((item.literal, item.extra_ns) for item in one.carried)]
+            least = sum(int(time * FINE) * (1 if literal is None else literal) for literal, time in taken)
+            self.model.add(found >= least).only_enforce_if(kind)
+        return found
 
     def _before(self, due: Sequence[_Sent], others: Sequence[_Sent]) -> dict[int, Any]:
         """A literal for each of the others, true where a message that is due has a greater identifier."""
@@ -170,13 +239,40 @@ class BusRows:
         self.model.add_bool_or([made, *(item.negated() for item in literals if item is not None)])
 
 
+@dataclass(frozen=True)
+class _Carried:
+    """What a message may carry where a literal is true: what it adds at least, and how long that may take."""
+
+    literal: Any
+    extra_ns: Exact
+    limit_ns: Exact | None
+
+
+@dataclass(frozen=True)
+class _There:
+    """The cases of a message and what is carried in it, each with a literal that is true where it counts."""
+
+    cases: list[tuple[Any, Candidate]]
+    carried: list[tuple[Any, Exact]]
+
+
 @dataclass
 class _Sent:
-    """A message that is always on a bus: what it is where literals are true, and its numbers; None: always."""
+    """A message that is on a bus: what it is where literals are true, and its numbers; None: always.
+
+    It is there where `own` is true. With all that it may carry its frame takes `longest_ns`.
+    """
 
     number: int
     cases: list[tuple[Any, Candidate]]
     numbers: list[tuple[Any, int]]
+    own: Any
+    carried: list[_Carried]
+    longest_ns: Exact
+
+    def carried_until(self, time: Exact) -> list[_Carried]:
+        """What it may carry that is due by `time`."""
+        return [item for item in self.carried if item.limit_ns is not None and item.limit_ns <= time]
 
     def is_due(self, time: Exact) -> bool:
         """Whether the message is due by `time` in every case."""
@@ -186,6 +282,12 @@ class _Sent:
     def frame_ns(self) -> Exact:
         """The least time of its longest frame."""
         return min(item.section_ns for _, item in self.cases)
+
+
+def _one_job(item: Candidate) -> Exact:
+    """The time of one job of a message."""
+    assert item.task is not None
+    return item.task.worst_ns
 
 
 def _intervals(due: Sequence[_Sent], time: Exact, last: Exact, bit: Exact) -> Iterator[tuple[Exact, Exact]]:
@@ -201,11 +303,6 @@ def _intervals(due: Sequence[_Sent], time: Exact, last: Exact, bit: Exact) -> It
     for begin, end in pairwise(edges):
         if begin < end:
             yield begin, end
-
-
-def _hits(faults: Task, begin: Exact) -> int:
-    """How many faults there may be at least until a message ends that ends after `begin`."""
-    return sum((begin + stream.jitter_ns) // stream.period_ns + 1 for stream in faults.streams)
 
 
 def _work(item: Candidate, begin: Exact, last: Exact, bit: Exact, due: Exact) -> Exact:
@@ -234,7 +331,7 @@ def message_lessons(space: Space, limits: Sequence[Limit], design: Design) -> li
         _conflict_lesson(space, conflict, design)
         for bus in counted_buses(space)
         for conflict in conflicts(space, bus, view)
-        if limited.issuperset(conflict.group)
+        if limited.issuperset(conflict.limited(space, view))
     ]
     if found:
         return found
@@ -246,7 +343,11 @@ def _conflict_lesson(space: Space, conflict: Conflict, design: Design) -> Lesson
     def is_late(given: Sequence[int]) -> bool:
         return conflict.is_late(space, View(given))
 
-    box, busy = _widened(design, is_late, lambda decision: burdens(space, decision))
+    def compared(decision: int) -> Sequence[int | None] | None:
+        is_of_frame = space.decisions[decision].field == "carried_in"
+        return conflict.frame_burden(space, decision, View(design)) if is_of_frame else burdens(space, decision)
+
+    box, busy = _widened(design, is_late, compared)
     ordered = conflict.kept_from_last(space, View(busy))
     assert ordered is not None
     for number, bound, is_most in conflict.bounds(ordered):
@@ -309,11 +410,12 @@ def soonest_lesson(
 
 
 def _widened(
-    design: Design, holds: Callable[[Sequence[int]], bool], compared: Callable[[int], Sequence[int] | None]
+    design: Design, holds: Callable[[Sequence[int]], bool], compared: Callable[[int], Sequence[int | None] | None]
 ) -> tuple[dict[int, frozenset[int]], Design]:
     """Options of the decisions that are looked at, with which a thing holds, and the least busy design of these.
 
-    It holds the more the busier a bus is, as `compared` has it for the options of a decision.
+    It holds the more the busier a bus is, as `compared` has it for the options of a decision; one without a number
+    there keeps it at least as busy as the least busy one.
     """
     box = _seen(holds, design)
     least = design
@@ -321,11 +423,13 @@ def _widened(
         burden = compared(decision) if design[decision] >= 0 else None
         if burden is None:
             continue
-        for option in sorted(range(len(burden)), key=burden.__getitem__):
+        known = {option: busy for option, busy in enumerate(burden) if busy is not None}
+        for option in sorted(known, key=known.__getitem__):
             trial = (*least[:decision], option, *least[decision + 1 :])
-            if burden[option] >= burden[design[decision]] or _still(holds, trial):
-                least = least if burden[option] >= burden[design[decision]] else trial
-                box[decision] = frozenset(item for item, busy in enumerate(burden) if busy >= burden[option])
+            if known[option] >= known[design[decision]] or _still(holds, trial):
+                least = least if known[option] >= known[design[decision]] else trial
+                busier = {item for item, busy in known.items() if busy >= known[option]}
+                box[decision] = frozenset(range(len(burden)) if len(busier) == len(known) else busier)
                 break
     return box, least
 

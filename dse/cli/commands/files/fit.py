@@ -59,7 +59,7 @@ def _pairs(ctx: click.Context, param: click.Parameter, values: Sequence[str]) ->
     help="Also extrapolate to the value that one sample in N exceeds, by extreme value theory.",
 )
 @click.option("-o", "--output", metavar="PATH", help="Write the catalogue, a file that problem files include.")
-@click.option("--figures", "figures", metavar="DIR", help="Write the plots into this folder, as SVG and PNG.")
+@click.option("--figures", "figures", metavar="DIR", help="Write the plots into this folder, as SVG.")
 @all_option
 @report_option
 @json_option

@@ -167,8 +167,8 @@ def _add_asked(library: Library, path: Path, folders: Sequence[Path], wanted: li
         if where is None:
             where = {}
             for files in ([] if path.is_dir() else [_around(path)], *([_files(folder)] for folder in folders)):
-                for found in files:
-                    where = {**_declared(found), **where}
+                for source in files:
+                    where = {**_declared(source), **where}
         if name in where and where[name] not in library.files:
             file = where[name]
             wanted += library.add(file, _text(file), str(file))

@@ -10,7 +10,7 @@ import re
 import shlex
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 from dse.analysis.binding import bus_stack
 from dse.analysis.latency.rows import JOIN_METHOD, Row
@@ -24,11 +24,14 @@ from dse.report.content.front.document import Alternative
 from dse.report.content.front.first_screen import Screen
 from dse.report.page import Text
 from dse.report.words.basis import counted_parts
-from dse.report.words.choice import margin_parts, short_metrics
+from dse.report.words.choice import beyond_words, margin_parts, short_metrics
 from dse.report.words.headline import found_words
 from dse.report.words.reasons import figures_words
 from dse.space.model.metric_kinds import flows_in
 from dse.support.units import Exact, format_duration, is_unbounded
+
+if TYPE_CHECKING:
+    from dse.questions.beyond import Beyond
 
 CAUSES = ("sampling", "execution", "waiting for the CPU", "middleware", "buses", "devices", "waiting for input")
 """What a latency consists of, in the order of its bar."""
@@ -127,7 +130,18 @@ def cards(screen: Screen) -> list[Card]:
     ]
 
 
-def _figures(screen: Screen, point: Point) -> Iterator[tuple[str, str]]:
+def beyond_card(screen: Screen) -> tuple[str, tuple[tuple[str, str], ...], tuple[str, str]] | None:
+    """The card of the nearest design beyond a limit: its name, its objectives, what it saves and what it exceeds.
+
+    None where there is no such design, or where a warning stands in place of the recommendation.
+    """
+    item = screen.document.beyond
+    if item is None or screen.warnings:
+        return None
+    return screen.names.design(item), tuple(_figures(screen, item)), beyond_words(screen.result, item)
+
+
+def _figures(screen: Screen, point: Point | Beyond) -> Iterator[tuple[str, str]]:
     infos = screen.result.objectives
     short = short_metrics(info.name for info in infos)
     for info in infos:
@@ -159,18 +173,32 @@ def designs_data(screen: Screen, alternatives: Sequence[Alternative]) -> dict[st
         "flow": flows.index(next(asked, flows[0])) if flows else 0,
         "ranking": "" if is_ideal else result.ranking_words,
         "recommends": screen.recommends,
+        "beyond": _beyond_record(screen),
         "designs": {str(item.point.id): _design(screen, item, kinds[item.point.id]) for item in alternatives},
     }
 
 
+def _beyond_record(screen: Screen) -> dict[str, Any] | None:
+    """The nearest design beyond a limit as a point of the plot, with the fields of `front_records`."""
+    item = screen.document.beyond
+    if item is None or screen.warnings:
+        return None
+    record: dict[str, Any] = {}
+    for axis, info in enumerate(screen.result.objectives):
+        value = item.objectives[info.name]
+        record[f"o{axis}"] = float(value / display_unit(info.unit, screen.currency)[0])
+        record[f"t{axis}"] = counted(value, info.unit, screen.currency)
+    return record
+
+
 def _bound(screen: Screen, name: str, unit: str, alternatives: Sequence[Alternative]) -> dict[str, Any] | None:
     """The tightest limit on an objective: as a number in the unit shown, as text, and whether it is an upper one."""
-    found = [m for m in alternatives[0].margins if m.requirement.metric.name == name and not m.thread]
-    if not found or found[0].requirement.implied:
+    margins = [m for m in alternatives[0].margins if m.requirement.metric.name == name and not m.thread]
+    if not margins or margins[0].requirement.implied:
         return None
-    limit, factor = found[0].limit, display_unit(unit, screen.currency)[0]
+    limit, factor = margins[0].limit, display_unit(unit, screen.currency)[0]
     text = counted(limit, unit, screen.currency)
-    return {"value": float(limit / factor), "text": text, "upper": found[0].requirement.is_upper}
+    return {"value": float(limit / factor), "text": text, "upper": margins[0].requirement.is_upper}
 
 
 def steps(screen: Screen) -> list[tuple[str, str]]:
@@ -180,15 +208,17 @@ def steps(screen: Screen) -> list[tuple[str, str]]:
     """
     result = screen.result
     file = shlex.quote(result.problem.file)
-    told = [(f"dse solve {file} … {option}", meaning) for option, meaning in screen.changing_steps()]
+    commands = [(f"dse solve {file} … {option}", meaning) for option, meaning in screen.changing_steps()]
     margins = screen.document.reasoner.margins(result.front[0])
     limited = [m for m in margins if m.unit == "ns" and not m.thread and m.requirement.is_upper and m.limit > 0]
     if limited and not screen.warnings:
         name, ends = limited[0].requirement.metric.name, [format_duration(limited[0].limit * n) for n in (1, 2)]
         vary = shlex.quote(f"{name}={ends[0].replace(' ', '')}..{ends[1].replace(' ', '')}")
-        told.append((f"dse sweep {file} … --vary {vary}", "what a looser limit makes possible"))
-    told.append((f"dse sensitivity {file} …", f"how far inputs may move before #{result.front[0].id} violates a limit"))
-    return told
+        commands.append((f"dse sweep {file} … --vary {vary}", "what a looser limit makes possible"))
+    commands.append(
+        (f"dse sensitivity {file} …", f"how far inputs may move before #{result.front[0].id} violates a limit")
+    )
+    return commands
 
 
 def _design(screen: Screen, item: Alternative, kind: int) -> dict[str, Any]:
@@ -197,7 +227,7 @@ def _design(screen: Screen, item: Alternative, kind: int) -> dict[str, Any]:
         if margin.limit and margin.value and not margin.requirement.implied:
             nearest.setdefault((margin.requirement.metric.name, margin.thread, margin.requirement.is_upper), margin)
     margins = list(nearest.values())
-    broken = [_with_waiting(found, screen.currency) for found in screen.waiting.broken(item.point.id)]
+    broken = [_with_waiting(limit, screen.currency) for limit in screen.waiting.broken(item.point.id)]
     rows = [*broken, *(margin_parts(margin, screen.currency) for margin in margins)]
     return {
         "name": screen.names.design(item.point),
@@ -225,7 +255,7 @@ def _flow(flow: FlowTable, analysis: Analysis) -> list[Any]:
         return [None, _number(flow.min_ns), None]
     times: dict[str, Exact] = dict.fromkeys(CAUSES, 0)
     view = View(analysis.design)
-    execution = {item.name: item.worst_ns for found in analysis.responses.values() for item in found}
+    execution = {item.name: item.worst_ns for responses in analysis.responses.values() for item in responses}
     for row in flow.rows:
         for cause, part in _by_cause(row, analysis, view, execution):
             times[cause] += part

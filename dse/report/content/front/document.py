@@ -60,13 +60,17 @@ from dse.report.words.reasons import (
 from dse.report.words.scheduling import busy_timelines, response_tables
 from dse.space.model.space import Space
 from dse.space.model.trees import at
-from dse.support.timelimit import look_at_the_clock
+from dse.support.timelimit import TimeLimit, in_force, look_at_the_clock
 from dse.support.units import is_unbounded
 from dse.support.units.text import count_words
 from dse.support.version import __version__
 
 if TYPE_CHECKING:
+    from dse.questions.beyond import Beyond
     from dse.questions.verbs.feasible_designs import Feasible
+
+BEYOND_S = 5.0
+"""Seconds for the nearest design beyond a limit; without an answer by then none is told."""
 
 
 @dataclass(frozen=True)
@@ -163,6 +167,17 @@ class Document:
             record[f"o{axis}"] = None if is_unbounded(value) else float(value / factor)
             record[f"t{axis}"] = counted(value, info.unit, self.space.currency)
         return record
+
+    @cached_property
+    def beyond(self) -> Beyond | None:
+        """The nearest design beyond a limit, found by a search of its own within `BEYOND_S`.
+
+        None where there is none, or where it was not proved in time.
+        """
+        from dse.questions.beyond import beyond  # the solver, which a page without a front does not need
+
+        seconds = min(BEYOND_S, in_force().left_s / 2)
+        return beyond(self.result, TimeLimit.after(seconds)) if seconds > 0 else None
 
     @cached_property
     def feasible(self) -> Feasible | None:
@@ -285,7 +300,7 @@ class Document:
         shared = front[0].decisions if front else {}
         names = [name for name in self.result.open_decisions if name in shared and name not in self.varying]
         said = ", ".join(f"{short_name(name)} {shared[name]}" for name in names)
-        return f"{'In all of them' if len(front) > 1 else 'Its decisions'}: {said}." if said else ""
+        return f"{'Same in every design' if len(front) > 1 else 'Its decisions'}: {said}." if said else ""
 
     @property
     def further_sections(self) -> list[Section]:

@@ -131,10 +131,10 @@ class Screen:
         space = self.result.space
         some = any(item.overload for item in space.processors) or any(item.overload for item in space.buses)
         is_allowed = some or space.overload == "allowed"
-        found = [self.waiting.warning]
+        texts = [self.waiting.warning]
         if is_allowed and self.has_time:
-            found += overload_words(self.document.alternative(self.result.front[0]).analysis)
-        return [text for text in (*found, *unbounded_words(self.result)) if text]
+            texts += overload_words(self.document.alternative(self.result.front[0]).analysis)
+        return [text for text in (*texts, *unbounded_words(self.result)) if text]
 
     def warning_blocks(self) -> Iterator[Block]:
         """The warnings as paragraphs."""
@@ -209,10 +209,10 @@ class Screen:
         differing = set(self.document.varying)
         names = [name for name in self.result.open_decisions if name in shared and name not in differing]
         names.sort(key=lambda name: name not in self.names.types)
-        told = [self.names.option(name, shared[name]) for name in names[:MOST_SAME]]
-        more = len(names) - len(told)
+        options = [self.names.option(name, shared[name]) for name in names[:MOST_SAME]]
+        more = len(names) - len(options)
         rest = f" and {more} more (--explain)" if more else ""
-        return f"Same in every design: {', '.join(told)}{rest}." if told else ""
+        return f"Same in every design: {', '.join(options)}{rest}." if options else ""
 
     @property
     def recommends(self) -> bool:
@@ -279,9 +279,9 @@ class Screen:
         """
         names = [name for name in self.result.open_decisions if name in point.decisions]
         names.sort(key=lambda name: name not in self.names.types)
-        told = [self.names.option(name, point.decisions[name]) for name in names[: 2 * MOST_SAME]]
-        more = len(names) - len(told)
-        return ", ".join(told) + (f" and {more} more (--explain)" if more else "")
+        options = [self.names.option(name, point.decisions[name]) for name in names[: 2 * MOST_SAME]]
+        more = len(names) - len(options)
+        return ", ".join(options) + (f" and {more} more (--explain)" if more else "")
 
     def limits(self, points: Sequence[Point], *, with_baseline: bool) -> Iterator[Block]:
         """The nearest limits of designs, and what today's design is.
@@ -303,8 +303,8 @@ class Screen:
         code.
         """
         result = self.result
-        told = (unused_words(result), extrapolated_words(result), rounding_words(result))
-        yield from texts(*told, exclusion_words(result.space) if result.front else "")
+        remarks = (unused_words(result), extrapolated_words(result), rounding_words(result))
+        yield from texts(*remarks, exclusion_words(result.space) if result.front else "")
         for at, (option, meaning) in enumerate(list(self._next_steps(all_listed=all_listed))[:MOST_STEPS]):
             yield Text(f"{'Next' if not at else '':<4}  {option:<28}  {meaning}", hang=36)
         code = f"; exit code {result.exit_code}" if result.exit_code else ""
@@ -317,18 +317,21 @@ class Screen:
         """
         result = self.result
         if result.status == "incomplete":
-            yield "--json r.json", "keeps what was found; `--resume r.json` goes on from it"
+            if result.front:
+                yield "--json r.json", "keeps what was found; `--resume r.json` goes on from it"
             if waits_in_flows(result.space):
                 yield "--processing execution-time", "a quick front without waiting, then judged with it"
-        if self.waiting.is_asked and len(self.waiting.kept) < len(result.front):
+            if not result.front:
+                yield "--time-limit 10min", "more time to find a first design"
+        if result.front and self.waiting.is_asked and len(self.waiting.kept) < len(result.front):
             yield "--processing response-time", "counts waiting for the CPU, chooses cores"
 
     def _next_steps(self, *, all_listed: bool) -> Iterator[tuple[str, str]]:
         """Options to add to the command, each with what it does."""
         result = self.result
+        yield from self.changing_steps()
         if not result.front:
             return
-        yield from self.changing_steps()
         yield "--explain", "why each design is there"
         if len(result.front) > 1 and not all_listed:
             is_whole = len(self.shown) == len(result.front)

@@ -12,6 +12,7 @@ from dse.report.content.front.document import Alternative, Document
 from dse.report.content.front.first_screen import TOP, Screen, further_blocks
 from dse.report.page import Block, Page, Section, Text, labelled, listing, texts
 from dse.report.words.basis import basis_words, scale_words
+from dse.report.words.choice import beyond_words
 from dse.report.words.contention import (
     asks_for_responses,
     bound_words,
@@ -80,8 +81,16 @@ def _summary(document: Document, screen: Screen, *, is_file: bool = True) -> Sec
     )
     verdict = _verdict_blocks(screen) if is_file else list(screen.choice(with_baseline=False))
     blocks = [*texts(proof, tone="strong"), *document.conflicts, *verdict, *texts(*more)]
-    blocks += texts(*said) if not document.conflicts else []
+    blocks += texts(*_beyond(document, screen), *said) if not document.conflicts else []
     return Section("summary", "Decision summary", tuple(blocks))
+
+
+def _beyond(document: Document, screen: Screen) -> Iterator[str]:
+    """The nearest design beyond a limit, as a sentence; none where a warning stands in place of the recommendation."""
+    if not screen.warnings and document.beyond is not None:
+        saved, excess = beyond_words(document.result, document.beyond)
+        who = screen.names.design(document.beyond)
+        yield f"Beyond the limit: {saved} with {who}; {excess}, the least that saves a tenth."
 
 
 def _verdict_blocks(screen: Screen) -> list[Block]:
