@@ -145,7 +145,7 @@ def read_carried(ledger: Ledger, spec: Spec, name: str) -> Tree:
 
 
 def with_frames(ledger: Ledger, buses: Sequence[Bus], wires: Sequence[Connection]) -> tuple[Connection, ...]:
-    """The connections, each with those that its message may carry, and identifier, priority and rate of what carries it.
+    """The connections with those that their message may carry; identifier, priority and rate are its carrier's.
 
     Reports frames that are longer than those of their bus whatever is chosen.
     """

@@ -221,8 +221,8 @@ class Connection:
     `bus` leaves are bus indices, or None where the connection is unbound or inside one process; `stated_bus` is the
     same wherever its ends are (unless it was to be decided), `timing` AADL's and `protocols` what wraps its messages
     without being bound, `type_bytes` the size of the port's data type where that is not the size of the port, all for
-    OSATE alone. `further` buses carry it as well as `bus`, all at once. An `is_inner` one is no connection of the file: it
-    leads from a piece of a thread to the next. Of the messages on a bus the lowest `identifier` goes first (``any``: a
+    OSATE alone. `further` buses carry it as well as `bus`, all at once. An `is_inner` one is none of the file: it leads
+    from a piece of a thread to the next. Of the messages on a bus the lowest `identifier` goes first (``any``: a
     chosen one), on Ethernet the highest `priority`; `deadline_ns` is from sending to receipt. Leaves of `carried_in`
     are the connection whose message has its data, None of one of its own; `riders` may be carried in its own.
     """
