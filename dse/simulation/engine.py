@@ -45,6 +45,8 @@ def simulate_once(plan: Plan, setting: Setting) -> Observation:
 
 
 END, ARRIVE, DISPATCH, ARBITRATE = 0, 1, 2, 3
+FAULTY = 0.5
+"""The share of the frames that faults hit, of those that one may hit."""
 EVENTS_A_LOOK = 512
 """The number of events, some milliseconds, between two looks at the clock."""
 
@@ -355,7 +357,14 @@ class _SimulationRun:
             return
         message = bus.next(self.senders)
         bus.last_sender = message.turn.sender
-        bus.busy_until = end = self.now + self._drawn(message.left.popleft())
+        frame = message.left.popleft()
+        bus.busy_until = end = self.now + self._drawn(frame)
+        faults = message.turn.faults
+        may_fail = faults is not None and self.setting.execution != "min" and bus.may_fail(end, faults)
+        if faults is not None and may_fail and self.rng.random() < FAULTY:
+            bus.fail()  # in its last bit; it competes again after the error frame
+            message.left.appendleft(frame)
+            bus.busy_until = end = end + self._drawn(faults.error_ns)
         self.at(end, ARBITRATE, "arbitrate", line)
         if message.left:
             return

@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import Any, Literal, TypeAlias
 
-from dse.simulation.readings import ComponentFigures, Phase, PlanFigures, Range, read_figures
+from dse.simulation.readings import ComponentFigures, FaultFigures, Phase, PlanFigures, Range, read_figures
 from dse.space.model.space import Arbitration, Design, ExecutorKind, Space
 from dse.space.question.metrics import all_disparities
 from dse.support.units import Exact
@@ -97,7 +97,7 @@ class BusTurn:
 
     `line` tells on which of the lines of a bus it waits: with ``none`` each sender has one. With `rides_on` it is the
     message of that connection, by its number: a broadcast bus carries both at once. Where a sender queues messages as
-    they come only the oldest in its `queue` competes; it is empty of others.
+    they come only the oldest in its `queue` competes; it is empty of others. `faults` are those of the wire.
     """
 
     arbitration: Arbitration
@@ -107,6 +107,7 @@ class BusTurn:
     line: tuple[int, int]
     rides_on: int | None = None
     queue: str = ""
+    faults: FaultFigures | None = None
 
 
 @dataclass(frozen=True)
@@ -491,4 +492,5 @@ def _turn(space: Space, figures: PlanFigures, number: int) -> BusTurn | None:
         line,
         None if first == number else first,
         figures.transmit_queue(connection.source),
+        part.faults,
     )

@@ -8,7 +8,7 @@ from fractions import Fraction
 from typing import Any, TypeAlias
 
 from dse.space.architecture.clocks import AT_RELEASE
-from dse.space.architecture.frames import Frame, wire_ns
+from dse.space.architecture.frames import Frame, ethernet_frames_ns, wire_ns
 from dse.space.model.space import Arbitration, Component, Connection, Design, ExecutorKind, Interference, Space, at_home
 from dse.space.model.trees import FROM_BANDWIDTH, PerProcessorType, at
 from dse.support.units import Exact
@@ -53,8 +53,19 @@ class ComponentFigures:
 
 
 @dataclass(frozen=True)
+class FaultFigures:
+    """Faults of a CAN wire: up to `burst` at once, others `interval_ns` apart, each with an error frame."""
+
+    interval_ns: int
+    burst: int
+    error_ns: Range
+
+
+@dataclass(frozen=True)
 class ConnectionFigures:
     """A connection in a design: what virtual carriers take, and the physical bus under them.
+
+    On Ethernet the `identifier` is the lower, the higher its priority is.
 
     `frames` are the times of its frames where messages wait for that bus, in the order of `arbitration`. One that
     `is_shared` is one message with the others of its port that are as long; so are those of a `frame`.
@@ -70,6 +81,7 @@ class ConnectionFigures:
     is_shared: bool = False
     identifier: int | None = None
     frame: tuple[int, ...] = ()
+    faults: FaultFigures | None = None
 
 
 @dataclass(frozen=True)
@@ -312,20 +324,32 @@ class _DesignReader:
         if hard is None or arbitration is None or self.space.profile != "dse" or self.space.bus_queuing != "counted":
             return found
         size = next(size for way, size in sizes.items() if way[-1] == hard)
-        frames = self.frames(hard, size, on_bus) if arbitration == "priority" else (on_bus,)
+        frames = self.frames(hard, size, on_bus) if arbitration in ("priority", "classes") else (on_bus,)
         is_shared = bool(self.at(self.space.buses[hard].broadcast)) and first == hard and found.stated_hz is None
         return replace(
             found,
             arbitration=arbitration,
             frames=frames,
             is_shared=is_shared,
-            identifier=self.at(item.identifier),
-            frame=tuple(frame),
+            identifier=self.at(item.identifier) if arbitration != "classes" else -self.at(item.priority),
+            frame=tuple(frame) if len(frame) > 1 else (),
+            faults=self.faults(hard),
         )
+
+    def faults(self, number: int) -> FaultFigures | None:
+        """The faults of the wire of a bus; an error frame has 14 to 28 bits and the gap of 3 behind it."""
+        slot = self.space.buses[number]
+        interval = self.at(slot.fault_interval_ns)
+        if interval is None:
+            return None
+        bit = Fraction(NS_PER_S, self.at(slot.bandwidth_bps))
+        return FaultFigures(interval, self.at(slot.fault_burst) or 1, (17 * bit, 31 * bit))
 
     def frames(self, number: int, size: int, whole: Range) -> tuple[Range, ...]:
         """The times of the frames of a message of so many bytes, of which each competes for the bus."""
         frame, bandwidth = self.at(self.space.buses[number].fixed_ns), self.at(self.space.buses[number].bandwidth_bps)
+        if isinstance(frame, Frame) and frame.protocol == "ethernet":
+            return ethernet_frames_ns(frame, size, bandwidth)
         most = {"can": 8, "can_fd": 64}.get(frame.protocol) if isinstance(frame, Frame) else None
         if most is None or size <= most:
             return (whole,)

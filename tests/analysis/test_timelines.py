@@ -144,7 +144,7 @@ def test_a_core_of_segments_alone_shows_the_one_that_takes_longest() -> None:
     assert "Response times on g, which serves one job at a time" in captions
     ends = "b (piece 1) ends at most 7 ms after its own release, with all interference"
     assert f"Core 1 of p where a segment takes longest: {ends}" in captions
-    assert {item["where"] for item in deadline_records(analysis.responses)} == {"core 1 of p", "g"}
+    assert {item["where"] for item in deadline_records(analysis.responses, analysis.messages)} == {"core 1 of p", "g"}
 
 
 @pytest.mark.parametrize("seed", cases(20))
@@ -180,14 +180,14 @@ def test_what_is_played_ends_with_the_response_time(kind: str, seed: int) -> Non
 def test_response_times_are_drawn_against_their_deadlines() -> None:
     """52 of 100 ms and 156 of 160 ms: the nearest first; a late one stands out, and none is wider."""
     analysis = dse.analyse(dse.loads(LEHOCZKY), ["p.type = cpu", "a.core = 1", "b.core = 1"], response_times=True)
-    records = deadline_records(analysis.responses)
+    records = deadline_records(analysis.responses, analysis.messages)
     assert [(item["label"], item["end"], item["late"], item["row"]) for item in records] == [
         ("b", 97.5, False, 1),
         ("a", 52.0, False, 2),
     ]
     assert records[0]["title"] == "b, core 1 · 156 ms of 160 ms"
     tight = dse.analyse(dse.loads(LEHOCZKY.replace("160 ms", "50 ms")), ["p.type = cpu"], response_times=True)
-    late = deadline_records(tight.responses)[0]
+    late = deadline_records(tight.responses, tight.messages)[0]
     assert late["late"] and late["end"] == WIDEST
     [section] = [item for item in analysis_page(analysis).sections if item.name == "responses"]
     assert [plot.name for plot in section.plots] == ["deadlines"]

@@ -130,7 +130,7 @@ flows: {f: {path: [a, b]}, g: {path: [z, b]}}
 LATE_MESSAGE = """
 dse: 1
 name: late message
-bus_types: {can: {bandwidth: 250 kbit/s, frame: can, price: 1 EUR}}
+bus_types: {can: {bandwidth: 250 kbit/s, frame: can, fault_interval: 1 s, price: 1 EUR}}
 buses: {b: {type: can}}
 devices: {sink: {}, d0: {period: 5 ms}, d1: {period: 5 ms}, d2: {period: 5 ms}, d3: {period: 5 ms}}
 connections:
@@ -139,6 +139,17 @@ connections:
   m2: {from: d2, to: sink, port: data, bus: b, data_size: 8 B, identifier: 20}
   m3: {from: d3, to: sink, port: data, bus: b, data_size: 7 B, identifier: 22, deadline: 2 ms}
   m4: {from: d3, to: sink, port: data, data_size: 1 B, carried_in: m3}
+objectives: [minimise price]
+"""
+LATE_ON_LINK = """
+dse: 1
+name: late on a link
+bus_types: {eth: {bandwidth: 10 Mbit/s, frame: {protocol: ethernet, vlan: true}, arbitration: priority, price: 1 EUR}}
+buses: {b: {type: eth}}
+devices: {sink: {}, d0: {period: 5 ms}, d1: {period: 20 ms}}
+connections:
+  m0: {from: d0, to: sink, port: data, bus: b, data_size: 100 B, priority: 1, deadline: 2 ms}
+  m1: {from: d1, to: sink, port: data, bus: b, data_size: 4 KB, priority: 1}
 objectives: [minimise price]
 """
 CONTENDED = """
@@ -185,12 +196,16 @@ name: waiting
 bus_types:
   wire: {bandwidth: 1 Mbit/s, transmission_time: {fixed: 1 ms}, arbitration: priority}
   full: {bandwidth: 1 Mbit/s, transmission_time: {fixed: 60 ms}, arbitration: fifo}
-buses: {w: {type: wire}, x: {type: full}, z: {type: wire}}
+  noisy: {bandwidth: 1 Mbit/s, frame: can, fault_interval: 1 s}
+  eth: {bandwidth: 10 Mbit/s, frame: {protocol: ethernet, vlan: true}, arbitration: priority}
+buses: {v: {type: eth}, w: {type: wire}, x: {type: full}, y: {type: noisy}, z: {type: wire}}
 devices: {a: {period: 2500 us}, b: {period: 3500 us}, c: {period: 3500 us}, d: {period: 50 ms}, relay: {}, t: {}}
 connections:
   first: {from: a, to: t, data_size: 8 B, bus: w, identifier: 1}
   second: {from: b, to: t, data_size: 8 B, bus: w, identifier: 2, deadline: 3 ms}
   third: {from: c, to: t, data_size: 8 B, bus: w, identifier: 3, deadline: 3 ms}
+  sorted: {from: a, to: t, data_size: 8 B, bus: v, priority: 5}
+  hit: {from: a, to: t, data_size: 8 B, bus: y, identifier: 1}
   more: {from: a, to: t, port: data, data_size: 1 B, carried_in: first}
   late: {from: d, to: relay, data_size: 8 B, bus: x}
   later: {from: relay, to: t, data_size: 8 B, bus: z, identifier: 4}
@@ -202,6 +217,7 @@ PROBLEMS = {
     "later": LATER,
     "contended": CONTENDED,
     "late_message": LATE_MESSAGE,
+    "late_on_link": LATE_ON_LINK,
     "pump": PUMP,
     "node": NODE,
     "shared": SHARED,
@@ -241,6 +257,7 @@ COMMANDS = (
     "explain contended.yaml --all --json why_contended.json",
     "explain contended.yaml --json least.json",
     "explain late_message.yaml --json late_message.json",
+    "explain late_on_link.yaml --json late_on_link.json",
     "analyse osate.yaml --json osate.json",
     "analyse node.yaml --json node.json",
     "analyse missed.yaml --json missed.json",

@@ -10,9 +10,10 @@ from random import Random
 import pytest
 
 import dse
-from dse.analysis.messages.assignment import Candidate, assigned, is_in_time
-from dse.analysis.scheduling.busy_window import periodic
+from dse.analysis.messages.assignment import Candidate, assigned, is_in_time, tolerated_ns
+from dse.analysis.scheduling.busy_window import Task, periodic
 from dse.analysis.scheduling.policies.buses import Arbitrated
+from dse.analysis.scheduling.policies.faults import faults_of_wire, with_frame
 from dse.report.words.messages import late_message_words
 from dse.support.errors import ProblemError
 from tests.buses.test_messages import SYNC, car_bus
@@ -34,7 +35,7 @@ def draw(rng: Random, count: int, *, numbers: Sequence[int] = ()) -> list[Candid
     return found
 
 
-def is_kept(found: Sequence[Candidate], order: Sequence[int]) -> bool:
+def is_kept(found: Sequence[Candidate], order: Sequence[int], faults: Task | None = None) -> bool:
     """Whether all meet their deadlines in an order, as the analysis of buses has it, with stated numbers in theirs."""
     numbers = [number for place in order if (number := found[place].identifier) is not None]
     if numbers != sorted(numbers):
@@ -43,7 +44,8 @@ def is_kept(found: Sequence[Candidate], order: Sequence[int]) -> bool:
         own, behind = found[place], [found[other].section_ns for other in order[at + 1 :]]
         urgent = tuple(task for other in order[:at] if (task := found[other].task) is not None)
         assert own.task is not None
-        response = Arbitrated(own.task, urgent, max(behind, default=0), own.last_ns, 1).response_ns()
+        hits = with_frame(faults, max(found[other].section_ns for other in order[: at + 1]))
+        response = Arbitrated(own.task, urgent, max(behind, default=0), own.last_ns, 1, hits).response_ns()
         if own.limit_ns is not None and (response is None or response > own.limit_ns):
             return False
     return True
@@ -53,13 +55,14 @@ def is_kept(found: Sequence[Candidate], order: Sequence[int]) -> bool:
 def test_an_order_that_meets_all_deadlines_is_found_if_there_is_one(seed: int) -> None:
     rng = Random(seed)
     found = draw(rng, rng.randint(2, 5), numbers=rng.sample(range(100, 2000, 50), rng.randint(0, 2)))
-    made = assigned(found, 1, MOST)
-    exists = any(is_kept(found, order) for order in permutations(range(len(found))))
-    assert is_kept(found, made.order) == exists == (not made.stuck)
+    faults = faults_of_wire(rng.randint(4, 20) * 100, rng.randint(1, 2), 1) if seed % 3 == 0 else None
+    made = assigned(found, 1, MOST, faults=faults)
+    exists = any(is_kept(found, order, faults) for order in permutations(range(len(found))))
+    assert is_kept(found, made.order, faults) == exists == (not made.stuck)
     if made.stuck and not any(item.identifier is not None for item in found):
         blocked = max((found[at].section_ns for at in range(len(found)) if at not in made.stuck), default=0)
         for place in made.stuck:
-            assert not is_in_time(found[place], [found[at] for at in made.stuck if at != place], blocked, 1)
+            assert not is_in_time(found[place], [found[at] for at in made.stuck if at != place], blocked, 1, faults)
 
 
 @pytest.mark.parametrize("seed", cases(60))
@@ -219,3 +222,60 @@ def test_a_late_message_is_told_with_what_goes_before_it_and_an_identifier_that_
     said = "m3 (0x16) ends 0.16 ms late on b: 0.54 ms of its own"
     assert late_message_words(late).startswith(said)
     assert late_message_words(late).endswith("in time right before m1, with 0x11 for example")
+
+
+@pytest.mark.parametrize("seed", cases(60))
+def test_no_other_order_lets_the_least_tolerant_message_tolerate_more(seed: int) -> None:
+    """The robust order: of all orders in which all are in time the one with the greatest least tolerance."""
+    rng = Random(seed)
+    found = draw(rng, rng.randint(2, 5))
+    faults = faults_of_wire(rng.randint(8, 20) * 100, 1, 1) if seed % 3 == 0 else None
+
+    def tolerance(order: Sequence[int]) -> int | None:
+        """What the least tolerant message of an order tolerates; None where one is late."""
+        least = 10**9
+        for at, place in enumerate(order):
+            if found[place].limit_ns is None:
+                continue
+            behind = max((found[other].section_ns for other in order[at + 1 :]), default=0)
+            one = tolerated_ns(found[place], [found[other] for other in order[:at]], behind, 1, faults, 0)
+            if one is None:
+                return None
+            least = min(least, one)
+        return least
+
+    made = assigned(found, 1, MOST, faults=faults, rule="robust")
+    known = [tolerance(order) for order in permutations(range(len(found)))]
+    assert tolerance(made.order) == max((one for one in known if one is not None), default=None)
+    assert bool(made.stuck) == all(one is None for one in known)
+
+
+def test_the_deadline_monotonic_order_is_by_deadlines_alone() -> None:
+    """Of Davis' four messages the third is late by that, and in time in the robust order, as in Audsley's."""
+    text = DAVIS.replace("b: {type: can}", "b: {type: can, assignment: RULE}")
+    anys = ["any"] * 4
+    by_deadline = by(text.replace("RULE", "deadline_monotonic"), *anys)
+    assert [by_deadline[f"m{one}"][0] for one in range(4)] == [1, 2, 3, 4]
+    assert by_deadline["m2"][1] == 650_000
+    robust = by(text.replace("RULE", "robust"), *anys)
+    assert all(item[1] <= limit * 1000 for item, limit in zip(robust.values(), (360, 420, 630, 850), strict=True))  # type: ignore[operator]
+    assert robust == by(text.replace("RULE", "audsley"), *anys)
+
+
+def test_a_rule_needs_messages_that_it_may_place() -> None:
+    text = DAVIS.replace("b: {type: can}", "b: {type: can, assignment: robust}")
+    text = re.sub(r", identifier: ANY\d", "", text)
+    with pytest.raises(ProblemError, match="no message on this bus states an identifier"):
+        dse.loads(text)
+
+
+def test_the_robust_order_in_the_search() -> None:
+    """The bit rate is open; each design has its own robust order, and the second proof agrees."""
+    text = DAVIS.replace("{bandwidth: 1 Mbit/s, frame: can}", "{bandwidth: [1 Mbit/s, 900 kbit/s], frame: can}")
+    text = text.replace("b: {type: can}", "b: {type: can, assignment: robust}")
+    for place in range(4):
+        text = text.replace(f"ANY{place}", "any")
+    text += "flows: {f: {path: [d2, m2, sink]}}\nobjectives: [minimise latency of f, minimise response time of m3]\n"
+    result = dse.solve(dse.loads(text))
+    assert result.front
+    assert not dse.verify(result).findings

@@ -55,10 +55,28 @@ Choice = Callable[[Fraction, list[tuple[Fraction, int, int]]], tuple[Fraction, i
 """Which of those that are ready is sent at a time: ready since, message, number of the job."""
 
 
+ERROR_BITS = 31
+"""The longest error frame of CAN with the gap behind it."""
+Hit = Callable[[int, Fraction], bool]
+"""Whether a fault hits the frame of a message, by its place, in its last bit, which ends then."""
+
+
+def nothing_hits(_: int, __: Fraction) -> bool:
+    """No fault."""
+    return False
+
+
 def played(
-    messages: Sequence[Message], ready: Sequence[Sequence[Fraction]], choose: Choice, sees_bits: Callable[[], Fraction]
+    messages: Sequence[Message],
+    ready: Sequence[Sequence[Fraction]],
+    choose: Choice,
+    sees_bits: Callable[[], Fraction],
+    hits: Hit = nothing_hits,
 ) -> dict[int, Fraction]:
-    """The longest time from when a job of each message is ready until its frame is over."""
+    """The longest time from when a job of each message is ready until its frame is over.
+
+    What is hit competes anew after an error frame.
+    """
     coming = [(when, place, number) for place, jobs in enumerate(ready) for number, when in enumerate(jobs)]
     heapify(coming)
     waiting: list[tuple[Fraction, int, int]] = []
@@ -74,6 +92,10 @@ def played(
         waiting.remove(chosen)
         when, place, _ = chosen
         now += messages[place].bits
+        if hits(place, now):
+            now += ERROR_BITS
+            waiting.append(chosen)
+            continue
         worst[place] = max(worst.get(place, Fraction(0)), now - when)
     return worst
 
@@ -82,7 +104,7 @@ BIT = Fraction(999, 1000)
 """Just less than one bit: what is ready a whole bit later has nothing to do with a frame any more."""
 
 
-def with_all_at_once(messages: Sequence[Message], place: int, jobs: int) -> Fraction:
+def with_all_at_once(messages: Sequence[Message], place: int, jobs: int, hits: Hit = nothing_hits) -> Fraction:
     """How long a message takes where all more urgent ones come with it, as densely as they may, and a frame has begun.
 
     That is the longest of the less urgent ones, which has begun a moment before.
@@ -92,11 +114,17 @@ def with_all_at_once(messages: Sequence[Message], place: int, jobs: int) -> Frac
     longest = max(less, key=lambda item: item.bits, default=None)
     ready += [[BIT - 1] if item is longest else [] for item in less]
     seen = iter([Fraction(0)] if less else [])
-    return played(messages, ready, by_identifier, lambda: next(seen, BIT))[place]
+    return played(messages, ready, by_identifier, lambda: next(seen, BIT), hits)[place]
 
 
 def drawn(
-    messages: Sequence[Message], choose: Choice, rng: Random, jobs: int, *, exact: bool = False
+    messages: Sequence[Message],
+    choose: Choice,
+    rng: Random,
+    jobs: int,
+    *,
+    exact: bool = False,
+    hits: Hit = nothing_hits,
 ) -> dict[int, Fraction]:
     """How long messages take at most where offsets, delays and what nodes see are drawn; with `exact` what has come."""
     ready = [
@@ -106,7 +134,7 @@ def drawn(
         )
         for item in messages
     ]
-    return played(messages, ready, choose, lambda: Fraction(0) if exact else rng.choice((Fraction(0), BIT)))
+    return played(messages, ready, choose, lambda: Fraction(0) if exact else rng.choice((Fraction(0), BIT)), hits)
 
 
 def by_identifier(_: Fraction, waiting: list[tuple[Fraction, int, int]]) -> tuple[Fraction, int, int]:

@@ -7,6 +7,8 @@ from dataclasses import dataclass, field
 from random import Random
 
 KINDS = ("priority", "priority", "priority", "fifo", "round_robin", "none")
+ETHERNET = ("vlan: true, mtu: 128 B", "vlan: true, mtu: 131 B, transport: udp", "vlan: true")
+"""Frames of Ethernet with priorities; a short `mtu` makes several of a message."""
 BYTES = (0, 1, 4, 8, 12, 20)
 
 
@@ -28,19 +30,25 @@ def draw_bus_problem(seed: int, *, decisions: int = 3, responses: bool | None = 
     lines = ["dse: 1", f"name: bus {seed}", f"processing: {'response_time' if counts else 'execution_time'}"]
     queues = Random(f"queues {seed}")  # drawn apart from all else
     words = Random(f"functions {seed}")
+    wires = Random(f"faults {seed}")
     way = _transmit_queue(queues, left, 0.3)
     lines += [f"processor_types: {{c: {{cores: 2, price: 10 EUR{way}}}}}", "bus_types:"]
     arbitration = f", arbitration: {kind}" * (kind != "priority")
     broadcast = ", broadcast: true" if rng.random() < 0.2 else ""
     for name, rate, price in (("slow", "125 kbit/s", 1), ("fast", "500 kbit/s", 5), ("odd", "333 kbit/s", 3)):
-        lines.append(f"  {name}: {{bandwidth: {rate}, frame: can{arbitration}{broadcast}, price: {price} EUR}}")
+        faults = _perhaps_faults(wires, left) if kind == "priority" else ""
+        lines.append(f"  {name}: {{bandwidth: {rate}, frame: can{arbitration}{faults}{broadcast}, price: {price} EUR}}")
+    links = _Links(Random(f"links {seed}"))
+    lines.append(f"  link: {{bandwidth: 1 Mbit/s, frame: {{protocol: ethernet, {links.rng.choice(ETHERNET)}}},")
+    lines.append("         arbitration: priority, price: 4 EUR}")
     times = "transmission_time: {fixed: 200 us .. 300 us, per_byte: 20 us}, bandwidth: 200 kbit/s"
     lines.append(f"  plain: {{{times}, arbitration: {rng.choice(KINDS)}, price: 2 EUR}}")
     lines.append("  ipc: {virtual: true, transmission_time: {fixed: 10 us .. 150 us}, overhead: 1 B}")
     lines += ["processors: {p: {type: c}}", "buses:"]
     buses = ["can0", "can1"] if rng.random() < 0.4 else ["can0"]
     lines.append(f"  can0: {{type: {options(['slow', 'fast', 'odd'])}, overload: allowed}}")
-    lines += [f"  {name}: {{type: plain, overload: allowed}}" for name in buses[1:]]
+    slot = len(lines) - 1
+    lines += [f"  {name}: {{type: {links.second}, overload: allowed}}" for name in buses[1:]]
     lines.append("  wrap: {type: ipc, bus: can0}")
     devices = [f"d{number}" for number in range(rng.randint(1, 3))]
     threads = [f"t{number}" for number in range(rng.randint(1, 3))]
@@ -81,7 +89,9 @@ def draw_bus_problem(seed: int, *, decisions: int = 3, responses: bool | None = 
             other = rng.choice([identifiers[made - 1] if made else 71, rng.randint(60, 70)])
             own = f"[{own}, {other:#x}]"
         own = _perhaps_canopen(words, _perhaps_any(rng, left, anys, own))
+        size = links.size(bus, size, left)
         shown = f"{ends}, data_size: {size}, bus: {bus}, identifier: {own}"
+        shown += links.perhaps_class(bus, left)
         shown = frames.perhaps_carried(name, (source, target, bus + extra), size, own) or f"{shown}{extra}"
         lines.append(f"  {name}: {{{shown}{deadline}}}")
         made += 1
@@ -100,11 +110,38 @@ def draw_bus_problem(seed: int, *, decisions: int = 3, responses: bool | None = 
         last = connect(source, "sink", port)
         chain = next((path for path in flows.values() if path[-1] == source), [source])
         flows[f"f{len(flows)}"] = [*chain, last, "sink"]
+    lines[slot] = lines[slot].replace(", overload", f"{_perhaps_rule(Random(f'assignment {seed}'), lines)}, overload")
     lines.append("flows:")
     lines += [f"  {name}: {{path: [{', '.join(path)}]}}" for name, path in flows.items()]
     first = next(iter(flows))
     lines.append(f"objectives: [minimise price, minimise {rng.choice(('jitter', 'latency'))} of {first}]")
     return "\n".join(lines)
+
+
+class _Links:
+    """A link of Ethernet, perhaps in place of the second bus, with its messages."""
+
+    def __init__(self, rng: Random) -> None:
+        self.rng = rng
+        self.second = "link" if rng.random() < 0.5 else "plain"
+
+    def size(self, bus: str, size: str, left: list[int]) -> str:
+        """The size of a message: of one that is always on the link perhaps of several frames."""
+        if self.second == "plain" or bus != "can1":
+            return size
+        if left[0] and self.rng.random() < 0.25:
+            left[0] -= 1
+            return "[20 B, 250 B]"
+        return self.rng.choice(("1 B", "8 B", "150 B"))
+
+    def perhaps_class(self, bus: str, left: list[int]) -> str:
+        """A priority on the link, while some decisions are left perhaps one of two; rarely none."""
+        if self.second == "plain" or "can1" not in bus:
+            return ""
+        if left[0] and self.rng.random() < 0.3:
+            left[0] -= 1
+            return f", priority: [{self.rng.randint(0, 3)}, {self.rng.randint(4, 7)}]"
+        return f", priority: {self.rng.choice((0, 2, 2, 5))}" if self.rng.random() < 0.95 else ""
 
 
 def _perhaps_canopen(rng: Random, own: str) -> str:
@@ -154,6 +191,24 @@ def _transmit_queue(rng: Random, left: list[int], share: float) -> str:
         left[0] -= 1
         return ", transmit_queue: [priority, fifo]"
     return f", transmit_queue: {rng.choice(('fifo', 'fifo', 'priority'))}"
+
+
+def _perhaps_rule(rng: Random, lines: Sequence[str]) -> str:
+    """Perhaps how messages with any identifier take their places on the first bus, where there are such."""
+    if not any("any" in line for line in lines if "bus: can0" in line or "bus: [can0" in line):
+        return ""
+    return rng.choice(("", ", assignment: robust", ", assignment: deadline_monotonic"))
+
+
+def _perhaps_faults(rng: Random, left: list[int]) -> str:
+    """Perhaps how often the wire may fail, while some decisions are left perhaps in several ways."""
+    if rng.random() < 0.6:
+        return ""
+    interval = rng.choice(("3 ms", "10 ms", "25 ms", "7.3 ms"))
+    if left[0] and rng.random() < 0.2:
+        left[0] -= 1
+        interval = "[5 ms, 20 ms]"
+    return f", fault_interval: {interval}" + rng.choice(("", "", ", fault_burst: 2", ", fault_burst: 3"))
 
 
 def _perhaps_any(rng: Random, left: list[int], share: float, own: str) -> str:

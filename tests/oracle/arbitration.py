@@ -22,16 +22,22 @@ def _is_counted(problem: Any, slot: str) -> bool:
     if not here or None in ways:
         return False
     stated = [problem.component(name) for name in here]
-    named = "priority" not in ways or all("identifier" in body or "alone" not in _ways(body) for body in stated)
+    wanted = {"priority": "identifier", "classes": "priority"}
+    named = all(
+        key in body or "alone" not in _ways(body) for way, key in wanted.items() if way in ways for body in stated
+    )
     return named and all("data_size" in body and not body.get("further_buses") for body in stated)
 
 
 def arbitration(body: Any) -> str | None:
-    """How a type of bus takes turns: as it says, else by identifier where its frames are those of CAN."""
-    if "arbitration" in body:
-        return str(body["arbitration"])
+    """How a type of bus takes turns: as it says, else by identifier where its frames are those of CAN.
+
+    By classes where it says priority of Ethernet.
+    """
     frame = body.get("frame")
     protocol = frame.get("protocol") if isinstance(frame, dict) else frame
+    if "arbitration" in body:
+        return "classes" if (body["arbitration"], protocol) == ("priority", "ethernet") else str(body["arbitration"])
     return "priority" if protocol in ("can", "can_fd") else None
 
 

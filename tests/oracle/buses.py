@@ -9,13 +9,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 from fractions import Fraction
 from heapq import heappop, heappush
+from itertools import islice
 from typing import TYPE_CHECKING, Any
 
 from . import quantities, wire
 from .arbitration import arbitration, counted
 from .identifiers import number_of, order_of
 from .quantities import NS_PER_S
-from .queues import Queues
+from .queues import Queues, hits_of
 from .stretches import MOMENT, MOST_PLAYED, Releases, has_no_end, play_inside
 
 if TYPE_CHECKING:
@@ -50,7 +51,8 @@ class Buses:
             if other == name:
                 break
             alike = all(body.get(key) == own.get(key) for key in ("from", "from_port"))
-            alike = alike and self.identifier(name) == self.identifier(other)
+            which = self._class if arbitration(self._type(bus)) == "classes" else self.identifier
+            alike = alike and which(name) == which(other)
             sizes = [quantities.size(self.reading.get(each, "data_size")) for each in (name, other)]
             alike = alike and self.reading.stack(other)[0] == bus and sizes[0] == sizes[1]
             if alike and not any(self.reading.states_rate(each) for each in (name, other)):
@@ -61,6 +63,10 @@ class Buses:
         """Its identifier in this design, -1 of a message without one; None where it may have any."""
         text = self.reading.get(self.reading.head(name), "identifier") or "-1"
         return None if text == "any" else number_of(text)
+
+    def _class(self, name: str) -> int:
+        """Its priority on Ethernet in this design, -1 of a message without one."""
+        return int(self.reading.get(self.reading.head(name), "priority") or -1)
 
     def choose(self) -> None:
         """The places of messages on buses on which some may have any identifier, with releases as they are now."""
@@ -81,7 +87,8 @@ class Buses:
                 {name: self._period(name) for name in here},
                 {name: bool(flows & set(parts[name])) for name in here},
                 2**bits - 1,
-                lambda name, before, behind, bus=bus: self._between(name, before, behind, bus),  # type: ignore[misc]
+                lambda name, before, behind, more, bus=bus: self._between(name, before, behind, bus, more),  # type: ignore[misc]
+                self.reading.problem.sections["buses"][bus].get("assignment", "audsley"),
             )
 
     def _latest(self, names: Sequence[str]) -> Fraction | None:
@@ -123,6 +130,11 @@ class Buses:
         body, whole = self._type(bus), self.times(name)[1]
         frame = body.get("frame")
         protocol = frame.get("protocol") if isinstance(frame, dict) else frame
+        if protocol == "ethernet":
+            *before, rest = wire.packets({"protocol": "ethernet"} if isinstance(frame, str) else frame, size)
+            bit = Fraction(NS_PER_S) / quantities.bandwidth(self.reading.bus_field(bus, "bandwidth"))
+            takes = [(8 + 4 + 12 + max(60, part)) * bit for part in (rest, wire.longest_packet(frame))]
+            return takes[0], takes[1] if before else whole
         most = {"can": 8, "can_fd": 64}.get(str(protocol))
         if most is None or size <= most:
             return whole, whole
@@ -149,6 +161,8 @@ class Buses:
         kind = arbitration(self._type(bus))
         if kind == "priority":
             return self._by_identifier(name, here, bus)
+        if kind == "classes":
+            return self._by_class(name, here)
         mine = [other for other in here if self._sender(other) == self._sender(name)]
         line = here if kind == "fifo" else mine
         others = {self._sender(other) for other in here} - {self._sender(name)} if kind == "round_robin" else set()
@@ -178,9 +192,21 @@ class Buses:
             return self._between(name, order[:place], order[place + 1 :], bus)
         bit = Fraction(NS_PER_S) / quantities.bandwidth(self.reading.bus_field(bus, "bandwidth")) / 8
         frames = {each: (self.releases(each), self.times(each)[1], *self._last(each)) for each in order}
-        key = bus, bit, tuple(frames.items())
+        faults = self._faults(bus)
+        key = bus, bit, tuple(frames.items()), faults
         if key not in self._found:
-            self._found[key] = queues.responses(frames, bit)
+            self._found[key] = queues.responses(frames, bit, faults)
+        return self._found[key][name]
+
+    def _by_class(self, name: str, here: Sequence[str]) -> Fraction | None:
+        """Of those with the highest priority the oldest goes next; all of one priority are one queue."""
+        listed = [each for each in self.reading.problem.sections["connections"] if each in {name, *here}]
+        order = sorted(listed, key=lambda each: -self._class(each))
+        queues = Queues({each: str(self._class(each)) for each in order})
+        frames = {each: (self.releases(each), self.times(each)[1], *self._last(each)) for each in order}
+        key = "classes", tuple(frames.items())
+        if key not in self._found:
+            self._found[key] = queues.responses(frames, Fraction(0))
         return self._found[key][name]
 
     def queue(self, name: str) -> str | None:
@@ -194,31 +220,49 @@ class Buses:
         computer = self.reading.processor_of(sender)
         return computer if computer and self.reading.get(computer, "transmit_queue") == "fifo" else None
 
-    def _between(self, name: str, urgent: Sequence[str], behind: Sequence[str], bus: str) -> Fraction | None:
-        begun = max((self._last(other)[1] for other in behind), default=Fraction(0))
+    def _between(
+        self, name: str, urgent: Sequence[str], behind: Sequence[str], bus: str, more: int = 0
+    ) -> Fraction | None:
+        begun = max((self._last(other)[1] for other in behind), default=Fraction(0)) + more
         given: list[Any] = [(self.releases(each), self.times(each)[1]) for each in (name, *urgent)]
-        if any(releases is None for releases, _ in given) or has_no_end(given, 1 if begun else 0):
-            return None
         bit = Fraction(NS_PER_S) / quantities.bandwidth(self.reading.bus_field(bus, "bandwidth")) / 8
-        return _play(given, begun, self._last(name)[0], bit)
+        hits = hits_of(self._faults(bus), max(self._last(each)[1] for each in (name, *urgent)), bit)
+        if any(releases is None for releases, _ in given) or has_no_end([*given, *hits], 1 if begun or hits else 0):
+            return None
+        return _play(given, begun, self._last(name)[0], bit, hits)
+
+    def _faults(self, bus: str) -> tuple[int, int] | None:
+        """The time between faults of the wire, and how many may come at once."""
+        interval = self.reading.bus_field(bus, "fault_interval")
+        if interval is None:
+            return None
+        return int(quantities.period(interval)), int(self.reading.bus_field(bus, "fault_burst") or 1)
 
 
 def _play(
-    given: Sequence[tuple[Releases, Fraction]], begun: Fraction, last: Fraction, bit: Fraction
+    given: Sequence[tuple[Releases, Fraction]],
+    begun: Fraction,
+    last: Fraction,
+    bit: Fraction,
+    hits: Sequence[tuple[Releases, Fraction]] = (),
 ) -> Fraction | None:
     """The longest time from a release of the first of these to its end; the others go first until its `last` frame.
 
     Another frame may have `begun` a moment before. What comes less than a bit after a frame has begun may still win it.
+    Each fault of the wire that `hits` a frame before its end costs as much time.
     """
+    faults = [(time, cost) for releases, cost in hits for time in islice(releases.densest(), MOST_PLAYED)]
     coming: list[tuple[Fraction, int, Fraction, Any]] = []
     for number, (releases, cost) in enumerate(given):
         times = releases.densest()
         heappush(coming, (next(times), number, cost, times))
     sooner = MOMENT if begun else Fraction(0)
-    now, worst = begun - sooner, Fraction(0)
+    now, worst, failed = begun - sooner, Fraction(0), 0
     urgent: list[Fraction] = []
     own: list[list[Fraction]] = []  # the release of each job that waits, and what it has left
     for _ in range(MOST_PLAYED):
+        while failed < len(faults) and faults[failed][0] < now:
+            now, failed = now + faults[failed][1], failed + 1
         if not urgent and not own and (not coming or coming[0][0] > now or coming[0][0] == now > 0):
             return worst
         while coming and coming[0][0] < now + bit:
@@ -236,6 +280,9 @@ def _play(
         release, left = own[0]
         if left > last:
             now, own[0][1] = now + left - last, last
+            continue
+        if failed < len(faults) and faults[failed][0] < now + left:
+            now, failed = now + faults[failed][1], failed + 1
             continue
         now += left
         worst = max(worst, now + sooner - release)

@@ -30,21 +30,23 @@ def order_of(
     periods: Mapping[str, Fraction | None],
     on_flow: Mapping[str, bool],
     most: int,
-    ends: Callable[[str, Sequence[str], Sequence[str]], Fraction | None],
+    ends: Callable[[str, Sequence[str], Sequence[str], int], Fraction | None],
+    rule: str = "audsley",
 ) -> list[str]:
     """The names of `stated`, which are in the order of the file, the most urgent first.
 
-    `ends` plays a message with those before it and those behind it.
+    `ends` plays a message with those before it and those behind it, and with so many ns of something else.
     """
     names = list(stated)
     left, behind = list(names), list[str]()
     upper = most
 
     def turn(name: str) -> tuple[bool, bool, Fraction, int]:
-        if on_flow[name]:
+        if on_flow[name] and rule != "deadline_monotonic":
             return True, False, Fraction(0), -names.index(name)
         wanted = latest[name] if latest[name] is not None else periods[name]
-        return False, stated[name] is not None, -NEVER if wanted is None else -wanted, -names.index(name)
+        is_stated = stated[name] is not None and rule != "deadline_monotonic"
+        return False, is_stated, -NEVER if wanted is None else -wanted, -names.index(name)
 
     while left:
         numbers = {name: number for name in left if (number := stated[name]) is not None}
@@ -56,12 +58,28 @@ def order_of(
             may.append(bottom)
         may.sort(key=turn)
 
-        def is_in_time(name: str) -> bool:
+        def is_in_time(name: str, more: int = 0) -> bool:
             limit = latest[name]
-            end = None if limit is None else ends(name, [other for other in left if other != name], behind)
+            end = None if limit is None else ends(name, [other for other in left if other != name], behind, more)
             return limit is None or (end is not None and end <= limit)
 
-        last = next((name for name in may if is_in_time(name)), may[0])
+        def tolerated(name: str) -> int:
+            """The greatest number of ns of something else with which it is in time, by powers of two downwards."""
+            limit = latest[name]
+            if limit is None:
+                return 2**70
+            most = 0
+            for power in reversed(range(int(limit).bit_length())):
+                most += 2**power if is_in_time(name, most + 2**power) else 0
+            return most
+
+        fitting = [name for name in may if is_in_time(name)]
+        if rule == "deadline_monotonic":
+            last = may[0]
+        elif rule == "robust" and fitting:
+            last = max(fitting, key=tolerated)
+        else:
+            last = fitting[0] if fitting else may[0]
         left.remove(last)
         behind.insert(0, last)
         upper = edge - 1 if last == bottom else upper - 1

@@ -46,6 +46,8 @@ FIELDS = {
         "transmission_time.per_byte",
         "overhead",
         "latency",
+        "fault_interval",
+        "fault_burst",
         "price",
         "power",
     ),
@@ -58,7 +60,7 @@ FIELDS = {
     ),
     "connections": (
         *("data_size", "bus", "rate", "data_rate", "port", "queue_size", "latency", "deadline", "carried_in"),
-        "identifier",
+        *("identifier", "priority"),
     ),
 }
 

@@ -170,7 +170,7 @@ class Reading:
             return False
         if field == "join" and self.protocol(name) == "periodic":
             return False
-        if field in ("identifier", "rate") and section == "connections" and self.head(name) != name:
+        if field in ("identifier", "priority", "rate") and section == "connections" and self.head(name) != name:
             return False
         if field == "pairing" and not self.joins.joins(name):
             return False

@@ -118,6 +118,12 @@ def fd_bits(data: int, long: bool) -> list[Bit]:
     return slow + fast + [(False, False)] * (1 + 1 + 1 + 7)
 
 
+def longest_packet(frame: Any) -> int:
+    """The bytes of an Ethernet frame with a payload of the whole MTU, from the addresses on."""
+    body = frame if isinstance(frame, dict) else {}
+    return 14 + (4 if body.get("vlan") == "true" else 0) + quantities.size(body.get("mtu", "1500 B"))
+
+
 def packets(frame: Mapping[str, Any], size: int) -> Iterator[int]:
     """The bytes of each Ethernet frame from the addresses to the end of the payload."""
     mtu = quantities.size(frame.get("mtu", "1500 B"))

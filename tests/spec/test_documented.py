@@ -57,7 +57,7 @@ bus_types:
       virtual: false, exclusive: true, period: 1 ms, price: 1 EUR, power: 1 W, totals: {mass: 1 g},
       source: s}
   v: {virtual: true, transmission_time: from bandwidth, bandwidth: 1 Mbit/s}
-  w: {bandwidth: 1 Mbit/s, frame: can}
+  w: {bandwidth: 1 Mbit/s, frame: can, fault_interval: 1 s, fault_burst: 2}
 device_types:
   d: {period: 1 ms, category: device, dispatch_protocol: periodic, compute_execution_time: 1 us, latency: 1 us,
       deadline: 1 ms, response_time: 1 us, queue_size: 1, price: 1 EUR, power: 1 W, totals: {mass: 1 g}, source: s,
@@ -75,7 +75,7 @@ budgets:
   f: {within: bu, instructions: 1 IPD, ram: 1 B, rom: 1 B, ram_used: 1 B, rom_used: 1 B, source: s}
 processors: {p: {type: c, optional: true, overload: allowed, clock: k, source: s}}
 buses: {x: {type: b, optional: true, overload: allowed, source: s}, y: {type: v, bus: x, further_buses: [z]},
-        z: {type: b, budget: 1 B/s}}
+        z: {type: b, budget: 1 B/s, assignment: robust}}
 devices:
   e: {type: d, period: 1 ms, category: device, dispatch_protocol: periodic, compute_execution_time: 1 us, latency: 1 us,
       deadline: 1 ms, response_time: 1 us, queue_size: 1, price: 1 EUR, power: 1 W, totals: {mass: 1 g}, source: s,
@@ -95,7 +95,7 @@ reservations: {l: {processor: p, budget: 1 us, period: 1 ms, priority: 1, core: 
 connections:
   w: {from: e, to: f, data_size: 1 B, type_size: 2 B, bus: x, rate: 1 Hz, data_rate: 1 B/s, port: data, timing: delayed,
       queue_size: 1, further_buses: [z], protocols: [v], from_port: o, budget: 1 B/s, latency: 1 us, identifier: 1,
-      carried_in: x, deadline: 1 s, source: s}
+      priority: 1, carried_in: x, deadline: 1 s, source: s}
   x: {from: e, to: f, message: parts/Pose, lengths: {id: 1}, reply: {data_size: 1 B}}
 flows:
   g: {path: [{element: e, latency: 1 us, compute_execution_time: 1 us, response_time: 1 us}, f], latency: 1 us .. 1 s,

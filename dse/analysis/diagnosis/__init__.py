@@ -4,7 +4,7 @@ Read `lateness.py` first.
 
 * `lateness.py`, `flow_delays.py`: the delays of a late thread; of a flow.
 * `shortening.py`, `what_if.py`: single shorter times that would be enough, exactly; a system with one.
-* `timelines.py`: the busy period in which a job responds last, for a Gantt chart.
+* `timelines.py`, `bus_timelines.py`: the busy period in which a job or a message responds last, for a Gantt chart.
 * `reservation_budgets.py`: the least sufficient budget of a reservation.
 * `overloads.py`, `overload_search.py`: users of an overloaded core or bus; a design with less overload, as an example.
 * `unbounded.py`: response times without a bound, and the metrics that they may reach.

@@ -40,12 +40,11 @@ class Piece:
 
 @dataclass(frozen=True)
 class BusyPeriod:
-    """The pieces of a busy period of `core` up to the end of the job of `name` that responds last.
+    """The pieces of a busy period up to the end of the job of `name` that responds last.
 
     Of one that `is_segment` of a thread it begins with the release of the segment, and of the thread the deadline is.
     """
 
-    core: int
     name: str
     pieces: tuple[Piece, ...]
     released_ns: Exact
@@ -66,7 +65,7 @@ def worst_busy_period(core: int, responses: Sequence[Response]) -> BusyPeriod | 
         window = item.window
         if isinstance(window, Queued):
             if window.kind not in ("wait_set", "polling"):
-                return _of_executor(core, item, window)
+                return of_executor(item.name, item.deadline_ns, window)
         elif isinstance(window, Preempted):
             worst_job = worst_job_ns(window.task, window.rivals, window.blocked_ns)
             if worst_job is None:
@@ -74,11 +73,11 @@ def worst_busy_period(core: int, responses: Sequence[Response]) -> BusyPeriod | 
             if sum(most_jobs(rival, worst_job[1]) for rival in (*window.rivals, window.task)) > MOST_JOBS:
                 return None
             pieces = played(window.task, window.rivals, window.blocked_ns, worst_job)
-            return BusyPeriod(core, item.name, pieces, worst_job[0], worst_job[1], item.deadline_ns)
-    return _of_segments(core, [item for item in here if item.is_piece])
+            return BusyPeriod(item.name, pieces, worst_job[0], worst_job[1], item.deadline_ns)
+    return _of_segments([item for item in here if item.is_piece])
 
 
-def _of_segments(core: int, segments: Sequence[Response]) -> BusyPeriod | None:
+def _of_segments(segments: Sequence[Response]) -> BusyPeriod | None:
     """The busy period of the segment that ends longest after its own release: one job, as earlier ones ended."""
     busy = []
     for item in segments:
@@ -94,20 +93,24 @@ def _of_segments(core: int, segments: Sequence[Response]) -> BusyPeriod | None:
     if sum(most_jobs(rival, end) for rival in window.rivals) > MOST_JOBS:
         return None
     pieces = played(window.task, window.rivals, window.blocked_ns, (0, end))
-    return BusyPeriod(core, item.name, pieces, 0, end, None, is_segment=True)
+    return BusyPeriod(item.name, pieces, 0, end, None, is_segment=True)
 
 
-def _of_executor(core: int, item: Response, window: Queued) -> BusyPeriod | None:
-    """The busy period of a thread in an executor that runs jobs as they come, or by priority."""
-    worst_job = window.worst_job()
+def of_executor(name: str, deadline_ns: int | None, window: Queued) -> BusyPeriod | None:
+    """The busy period of a thread in an executor, or of a message in a line, where jobs run one by one to their end.
+
+    As they come, or by priority. None where it has no bound, or more than `MOST_JOBS` jobs.
+    """
+    worst_job, parts = window.worst_job(), window.parts()
     if (
         worst_job is None
-        or sum(delay.jobs for delay in item.delays) > MOST_JOBS
+        or parts is None
+        or sum(jobs for _, jobs in parts.interference) > MOST_JOBS
         or (worst_job.chain_ns is not None and worst_job.release_ns)
     ):
         return None  # of what its chain did before it is known how long it took, not when
     pieces = _played_in(window, worst_job)
-    return BusyPeriod(core, item.name, pieces, worst_job.release_ns, worst_job.end_ns, item.deadline_ns)
+    return BusyPeriod(name, pieces, worst_job.release_ns, worst_job.end_ns, deadline_ns)
 
 
 def _played_in(item: Queued, worst_job: WorstJob) -> tuple[Piece, ...]:

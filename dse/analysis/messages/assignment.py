@@ -7,6 +7,11 @@ order that meets all deadlines is found if there is one. Of several messages tha
 with the latest deadline (its period, where it states none), and one with a stated number after those that may have any;
 then those of flows, the last one in the file first: so flows have the most urgent places that the deadlines of the
 others leave. Messages with a number keep their order.
+
+That is the rule `audsley`. With `robust` of those that may be last it is the one that tolerates the longest additional
+interference, at once, in its busy period: the order in which the message that tolerates least tolerates most (R. I.
+Davis and A. Burns, "Robust priority assignment for messages on Controller Area Network (CAN)", Real-Time Systems 41,
+2009). With `deadline_monotonic` it is the one with the latest deadline, whether it is in time or not.
 (docs/semantics.md, section 5.5)
 """
 
@@ -17,6 +22,8 @@ from dataclasses import dataclass
 
 from dse.analysis.scheduling.busy_window import CLEARLY, Task
 from dse.analysis.scheduling.policies.buses import Arbitrated
+from dse.analysis.scheduling.policies.faults import with_frame, work_of
+from dse.space.model.space import AssignmentRule
 from dse.support.units import Exact
 
 
@@ -45,17 +52,23 @@ class Candidate:
     identifier: int | None
     is_on_flow: bool
 
-    def turn(self, position: int) -> tuple[bool, bool, Exact, int]:
+    def turn(self, position: int, rule: AssignmentRule = "audsley") -> tuple[bool, bool, Exact, int]:
         """The lesser, the sooner it is made the last of those that may be; `position` is its place in the file."""
-        if self.is_on_flow:
+        by_deadline = rule == "deadline_monotonic"
+        if self.is_on_flow and not by_deadline:
             return True, False, 0, -position
         periods = [item.period_ns for item in self.task.streams] if self.task is not None else []
         latest = self.limit_ns if self.limit_ns is not None else min(periods, default=None)
-        return False, self.identifier is not None, -(10**18) if latest is None else -latest, -position
+        is_stated = self.identifier is not None and not by_deadline
+        return False, is_stated, -(10**18) if latest is None else -latest, -position
 
 
-def is_in_time(own: Candidate, urgent: Iterable[Candidate], blocked_ns: Exact, bit_ns: Exact) -> bool:
+def is_in_time(
+    own: Candidate, urgent: Iterable[Candidate], blocked_ns: Exact, bit_ns: Exact, faults: Task | None = None
+) -> bool:
     """Whether a message meets its deadline where those of `urgent` go first; one without a deadline always does.
+
+    `faults` are those of the wire, without the frames that are sent again.
 
     >>> from dse.analysis.scheduling.busy_window import periodic
     >>> one, other = (Candidate(periodic("", 135, 1000), 135, 135, limit, None, False) for limit in (405, 300))
@@ -64,17 +77,45 @@ def is_in_time(own: Candidate, urgent: Iterable[Candidate], blocked_ns: Exact, b
     """
     if own.limit_ns is None:
         return True
-    tasks = [item.task for item in urgent]
+    before = list(urgent)
+    tasks = [item.task for item in before]
     if own.task is None or any(item is None for item in tasks) or own.task.worst_ns > own.limit_ns:
         return False
     known = [item for item in tasks if item is not None]
-    quick = _Quick.of(own.task, known)
+    hits = with_frame(faults, max(item.section_ns for item in (own, *before)))
+    quick = _Quick.of(own.task, known, hits)
     if quick is not None:
         found = quick.is_in_time(own.last_ns, blocked_ns, bit_ns, own.limit_ns)
         if found is not None:
             return found
-    response = Arbitrated(own.task, tuple(known), blocked_ns, own.last_ns, bit_ns).response_ns()
+    response = Arbitrated(own.task, tuple(known), blocked_ns, own.last_ns, bit_ns, hits).response_ns()
     return response is not None and response <= own.limit_ns
+
+
+def tolerated_ns(
+    own: Candidate, urgent: Sequence[Candidate], blocked_ns: Exact, bit_ns: Exact, faults: Task | None, least_ns: int
+) -> int | None:
+    """How much additional interference, at once, leaves a message with a deadline in time, in whole ns.
+
+    None where that is less than `least_ns`.
+
+    >>> from dse.analysis.scheduling.busy_window import periodic
+    >>> one, other = (Candidate(periodic("", 135, 1000), 135, 135, limit, None, False) for limit in (405, 305))
+    >>> tolerated_ns(one, [other], 0, 1, None, 0), tolerated_ns(other, [one], 0, 1, None, 40)
+    (135, None)
+    """
+    assert own.limit_ns is not None
+
+    def tolerates(more_ns: int) -> bool:
+        return is_in_time(own, urgent, blocked_ns + more_ns, bit_ns, faults)
+
+    if not tolerates(least_ns):
+        return None
+    low, high = least_ns, int(own.limit_ns) + 1  # not in time with that much
+    while high - low > 1:
+        middle = (low + high) // 2
+        low, high = (middle, high) if tolerates(middle) else (low, middle)
+    return low
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,9 +126,10 @@ class _Quick:
     period: int
     jitter: int
     streams: tuple[tuple[int, int, Exact], ...]
+    faults: Task | None
 
     @staticmethod
-    def of(own: Task, urgent: Sequence[Task]) -> _Quick | None:
+    def of(own: Task, urgent: Sequence[Task], faults: Task | None) -> _Quick | None:
         """The data of the quick test; None where some messages are released otherwise than by one plain stream."""
         if any(len(item.streams) != 1 or item.separation_ns is not None for item in (own, *urgent)):
             return None
@@ -99,29 +141,35 @@ class _Quick:
         if any(type(time) is not int for key in (*work, (stream.period_ns, stream.jitter_ns)) for time in key):
             return None
         streams = tuple((period, int(jitter), total) for (period, jitter), total in work.items())
-        return _Quick(own.worst_ns, stream.period_ns, int(stream.jitter_ns), streams)
+        return _Quick(own.worst_ns, stream.period_ns, int(stream.jitter_ns), streams, faults)
 
     def is_in_time(self, last: Exact, blocked: Exact, bit: Exact, limit: Exact) -> bool | None:
         """Whether each job of the busy period ends in time (`Arbitrated`); None where the bus is all but full."""
         used = float(self.worst / self.period) + sum(float(work / period) for period, _, work in self.streams)
+        used += 0 if self.faults is None else float(self.faults.utilisation)
         if used > 1 - CLEARLY:
             return False if used > 1 + CLEARLY else None
-        busy = self._least(blocked + self.worst, blocked, 0, own=True)
+        busy = self._least(blocked + self.worst, blocked, 0, 0, own=True)
         start: Exact = 0
         count = 0
         while not count or count * self.period - self.jitter < busy:
             release = max(0, count * self.period - self.jitter)
             before = blocked + (count + 1) * self.worst - last
-            start = self._least(max(before, start), before, bit, own=False)
+            start = self._least(max(before, start), before, bit, last, own=False)
             if start + last - release > limit:
                 return False
             count += 1
         return True
 
-    def _least(self, time: Exact, once: Exact, bit: Exact, *, own: bool) -> Exact:
-        """The least time, no sooner than `time`, by which `once` and all that comes until a bit later is done."""
+    def _least(self, time: Exact, once: Exact, bit: Exact, last: Exact, *, own: bool) -> Exact:
+        """The least time, no sooner than `time`, by which `once` and all that comes until a bit later is done.
+
+        Faults count until the `last` frame that begins then is over.
+        """
+        faulty = work_of(self.faults)
         while True:
-            needed = once + sum(-(-(time + bit + jitter) // period) * work for period, jitter, work in self.streams)
+            needed = once + faulty(time + last)
+            needed += sum(-(-(time + bit + jitter) // period) * work for period, jitter, work in self.streams)
             if own:
                 needed += -(-(time + self.jitter) // self.period) * self.worst
             if needed <= time:
@@ -143,11 +191,18 @@ class Assignment:
     is_forced: bool = False
 
 
-def assigned(candidates: Sequence[Candidate], bit_ns: Exact, most: int, soonest: int | None = None) -> Assignment:
+def assigned(
+    candidates: Sequence[Candidate],
+    bit_ns: Exact,
+    most: int,
+    soonest: int | None = None,
+    faults: Task | None = None,
+    rule: AssignmentRule = "audsley",
+) -> Assignment:
     """Places for all messages, with identifiers up to `most`; what cannot be in time is placed all the same.
 
     With `soonest`, the position of a message, that has the most urgent place that the deadlines of all others leave it
-    in any order; as if there were numbers enough between stated ones.
+    in any order; as if there were numbers enough between stated ones. `faults` are those of the wire.
 
     Examples
     --------
@@ -163,7 +218,7 @@ def assigned(candidates: Sequence[Candidate], bit_ns: Exact, most: int, soonest:
     free = [place for place, item in enumerate(candidates) if item.identifier is None]
 
     def turn(place: int) -> tuple[bool, bool, Exact, int]:
-        return candidates[place].turn(place) if place != soonest else (True, True, 0, 0)
+        return candidates[place].turn(place, rule) if place != soonest else (True, True, 0, 0)
 
     free.sort(key=turn)
     placed: list[int] = []
@@ -182,9 +237,15 @@ def assigned(candidates: Sequence[Candidate], bit_ns: Exact, most: int, soonest:
 
         def may_be_last(place: int, left: Sequence[int] = left, blocked: Exact = blocked) -> bool:
             others = (candidates[other] for other in left if other != place)
-            return is_in_time(candidates[place], others, blocked, bit_ns)
+            return is_in_time(candidates[place], others, blocked, bit_ns, faults)
 
-        chosen = next(filter(may_be_last, options), None)
+        in_time = filter(may_be_last, options)
+        if rule == "robust":
+            chosen = _most_tolerant(candidates, in_time, left, blocked, bit_ns, faults)
+        else:
+            chosen = next(in_time, None)
+        if rule == "deadline_monotonic":
+            chosen = options[0]
         if chosen is None:
             if not stuck:
                 is_forced = any(place not in options and may_be_last(place) for place in (*free, bottom) if place >= 0)
@@ -200,6 +261,29 @@ def assigned(candidates: Sequence[Candidate], bit_ns: Exact, most: int, soonest:
             free.remove(chosen)
     placed.reverse()
     return Assignment(tuple(placed), _numbers(candidates, placed), stuck, is_forced)
+
+
+def _most_tolerant(
+    candidates: Sequence[Candidate],
+    options: Iterable[int],
+    left: Sequence[int],
+    blocked_ns: Exact,
+    bit_ns: Exact,
+    faults: Task | None,
+) -> int | None:
+    """The one of some that may be last in time which tolerates most, the first of equal ones; None of none.
+
+    One without a deadline tolerates whatever there is.
+    """
+    best: tuple[int, int] | None = None
+    for place in options:
+        if candidates[place].limit_ns is None:
+            return place
+        others = [candidates[other] for other in left if other != place]
+        least = 0 if best is None else best[1] + 1
+        found = tolerated_ns(candidates[place], others, blocked_ns, bit_ns, faults, least)
+        best = best if found is None else (place, found)
+    return None if best is None else best[0]
 
 
 def _numbers(candidates: Sequence[Candidate], order: Sequence[int]) -> tuple[int, ...]:

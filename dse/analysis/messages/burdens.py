@@ -1,7 +1,7 @@
 """Which options of a decision keep a bus busier: with more of them messages never wait less.
 
-A message never takes less time on its bus where frames are longer, the bus is slower, or messages come more often, nor
-do fewer orders meet all deadlines where deadlines are later (docs/semantics.md, section 5.4).
+A message never takes less time on its bus where frames are longer, the bus is slower, or messages or faults come more
+often, nor do fewer orders meet all deadlines where deadlines are later (docs/semantics.md, section 5.4).
 """
 
 from __future__ import annotations
@@ -23,8 +23,10 @@ def burdens(space: Space, index: int) -> Sequence[int] | None:
         number = space.component_numbers.get(decision.component)
         is_timer = number is not None and is_always_timed(space.components[number])
         return [-value for value in decision.values] if is_timer else None
-    if decision.field == "data_size":
+    if decision.field in ("data_size", "fault_burst"):
         return list(decision.values)
+    if decision.field == "fault_interval":
+        return [-value for value in decision.values]
     if decision.field == "deadline" and any(item.name == decision.component for item in space.connections):
         return [-value for value in decision.values]
     bus = next((item for item in space.buses if item.name == decision.component), None)
@@ -32,7 +34,7 @@ def burdens(space: Space, index: int) -> Sequence[int] | None:
         return [-value for value in decision.values] if _same_but_for_rate(bus.fixed_ns) else None
     if bus is not None and index == bus.type_decision:
         rates = bus.bandwidth_bps.branches if isinstance(bus.bandwidth_bps, Choice) else ()
-        trees = (bus.fixed_ns, bus.overhead_bytes, bus.arbitration)
+        trees = (bus.fixed_ns, bus.overhead_bytes, bus.arbitration, bus.fault_interval_ns, bus.fault_burst)
         is_alike = all(map(_same_but_for_rate, trees)) and all(type(rate) is int for rate in rates)
         return [-rate for rate in rates] if is_alike and len(rates) == len(decision.options) else None
     return None

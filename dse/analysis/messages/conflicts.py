@@ -20,12 +20,14 @@ from dse.analysis.messages.stages import (
     bus_of,
     candidate_of,
     carried_by,
+    faults_on,
     identifier_range,
     is_comparable,
     may_wait_for,
     message_key,
 )
 from dse.analysis.scheduling.policies.buses import Arbitrated
+from dse.analysis.scheduling.policies.faults import with_frame
 from dse.analysis.scheduling.resolve import released_undelayed
 from dse.analysis.views import View, tabulate
 from dse.space.model.space import Space
@@ -70,14 +72,14 @@ class Conflict:
         known = self.candidates(space, view)
         if known is None:
             return None
-        bit, _ = identifier_range(space, self.bus, view)
+        bit, faults = identifier_range(space, self.bus, view)[0], faults_on(space, self.bus, view)
         blocked = 0 if self.blocker is None else known[self.blocker].section_ns
         highest = max((self.numbers.get(number, -1) for number in self.group), default=-1)
         ordered = set()
         for number in reversed(self.group):
             others = [known[other] for other in self.group if other != number]
             others += [known[other] for other in self.behind if number not in self.numbers]
-            if is_in_time(known[number], others, blocked, bit):
+            if is_in_time(known[number], others, blocked, bit, faults):
                 if self.numbers.get(number, highest) >= highest:
                     return None
                 ordered.add(number)
@@ -153,7 +155,7 @@ def conflicts(space: Space, bus: int, view: View) -> Iterator[Conflict]:
     if set(leaves(slot.broadcast)) != {False} or at(slot.arbitration, view) != "priority" or not is_comparable(space):
         return
     carried, candidates = _candidates(space, bus, view)
-    made = assigned(candidates, *identifier_range(space, bus, view))
+    made = assigned(candidates, *identifier_range(space, bus, view), faults=faults_on(space, bus, view))
     if not made.stuck:
         return
     numbers = {
@@ -175,8 +177,9 @@ def soonest_ns(space: Space, number: int, view: View) -> Exact | None:
         return None
     carried, candidates = _candidates(space, bus, view)
     bit, most = identifier_range(space, bus, view)
+    faults = faults_on(space, bus, view)
     own_place = carried.index(message_key(space, number, view)[0])
-    made = assigned(candidates, bit, most, own_place)
+    made = assigned(candidates, bit, most, own_place, faults)
     place = made.order.index(own_place)
     own = candidates[made.order[place]]
     urgent = [candidates[one].task for one in made.order[:place]]
@@ -184,7 +187,8 @@ def soonest_ns(space: Space, number: int, view: View) -> Exact | None:
     if made.stuck or own.task is None or len(known) < len(urgent):
         return None
     behind = max((candidates[one].section_ns for one in made.order[place + 1 :]), default=0)
-    response = Arbitrated(own.task, known, behind, own.last_ns, bit).response_ns()
+    longest = max(candidates[one].section_ns for one in made.order[: place + 1])
+    response = Arbitrated(own.task, known, behind, own.last_ns, bit, with_frame(faults, longest)).response_ns()
     return None if response is None else response - own.task.worst_ns
 
 
@@ -246,6 +250,7 @@ class _Shrinking:
     def fails(self, group: Sequence[int], *, with_behind: bool = True) -> bool:
         """Whether none of the group can be last in time; where it helps, behind those with the numbers right after."""
         bit, _ = identifier_range(self.space, self.bus, self.view)
+        faults = faults_on(self.space, self.bus, self.view)
         blocker = self._blocker(group)
         blocked = 0 if blocker is None else self.candidates[blocker].section_ns
         highest = max(map(self._number, group))
@@ -253,11 +258,11 @@ class _Shrinking:
             if -1 < self._number(place) < highest:
                 continue
             others = [self.candidates[other] for other in group if other != place]
-            if not is_in_time(self.candidates[place], others, blocked, bit):
+            if not is_in_time(self.candidates[place], others, blocked, bit, faults):
                 continue
             behind = self._behind(group) if with_behind and self._number(place) < 0 else []
             others += [self.candidates[other] for other in behind]
-            if not behind or is_in_time(self.candidates[place], others, blocked, bit):
+            if not behind or is_in_time(self.candidates[place], others, blocked, bit, faults):
                 return False
         return True
 

@@ -1,4 +1,4 @@
-"""Why a message is late: what goes before it, and the identifier with which it would be in time."""
+"""Why a message is late: what goes before it, and the identifier or priority with which it would be in time."""
 
 from __future__ import annotations
 
@@ -9,21 +9,32 @@ from typing import Annotated
 
 from dse.analysis.limits import Verdict
 from dse.analysis.messages.assignment import Candidate, is_in_time
-from dse.analysis.messages.stages import bus_of, candidates_of, carried_by, in_order, message_key, wrapping_ns
+from dse.analysis.messages.stages import (
+    bus_of,
+    candidates_of,
+    carried_by,
+    faults_on,
+    in_order,
+    message_key,
+    wrapping_ns,
+)
 from dse.analysis.messages.waits import MessageResponse, message_responses
 from dse.analysis.scheduling.model import NO_PROCESSOR
 from dse.analysis.scheduling.policies import buses
 from dse.analysis.scheduling.responses import messages_of
 from dse.analysis.views import View
 from dse.space.model.space import Space
+from dse.space.model.trees import at
+from dse.spec.schema.fields import MOST_CLASS
+from dse.support.json_fields import Json
 from dse.support.units import Exact
 
 
 @dataclass(frozen=True)
 class LateMessage:
-    """A message that ends too late, what it waits for, and the identifier that would do."""
+    """A message that ends too late, what it waits for, and the identifier or priority that would do."""
 
-    WRITTEN = ("bus", "message", "limit_ns", "late_ns", "before", "identifier", "makes_late")
+    WRITTEN = ("bus", "message", "limit_ns", "late_ns", "before", "identifier", "priority", "makes_late")
 
     bus: Annotated[str, "Its bus."]
     message: Annotated[MessageResponse, "How long it takes at most, and what it waits for."]
@@ -36,6 +47,11 @@ class LateMessage:
     ] = None
     identifier: Annotated[int | None, "A free identifier for that; null where there is none between the others."] = None
     makes_late: Annotated[tuple[str, ...], "The messages that would be late then and are not now."] = ()
+    priority: Annotated[
+        int | None,
+        "On Ethernet the least priority with which it would be in time; missing elsewhere.",
+        Json(default=None),
+    ] = None
 
 
 def late_messages(space: Space, verdicts: Sequence[Verdict], view: View) -> Iterator[LateMessage]:
@@ -52,8 +68,46 @@ def late_messages(space: Space, verdicts: Sequence[Verdict], view: View) -> Iter
         found = {item.name: item for item in message_responses(space, bus, view)}[space.connections[first].name]
         wrapped = wrapping_ns(space, number, bus, view)[1]
         late = None if found.response_ns is None else found.response_ns + wrapped - verdict.limit
+        if found.priority is not None:
+            priority, makes_late = _priority_for(space, bus, first, verdict.limit - wrapped, view)
+            yield LateMessage(
+                space.buses[bus].name, found, verdict.limit, late, makes_late=makes_late, priority=priority
+            )
+            continue
         place = _place_for(space, bus, first, verdict.limit - wrapped, view)
         yield LateMessage(space.buses[bus].name, found, verdict.limit, late, *place)
+
+
+def _priority_for(space: Space, bus: int, number: int, limit: Exact, view: View) -> tuple[int | None, tuple[str, ...]]:
+    """The least higher priority with which a message is in time, and what is late then; None where none is."""
+    solution = messages_of(space, view)
+    resource = next(item for item in solution.system.resources if (item.processor, item.core) == (NO_PROCESSOR, bus))
+    tasks = {entry.key: solution.windows.events.task(entry.key) for entry in resource.entries}
+    carried = carried_by(space, bus, view)
+    classes = {one: at(space.connections[one].priority, view) for one in carried}
+    known = dict(zip(carried, candidates_of(space, bus, view, lambda _: tasks), strict=True))
+
+    def late_with(priority: int) -> set[int]:
+        """The messages that miss their limits where this one has a priority."""
+        given = {**classes, number: priority}
+        order = sorted(carried, key=lambda one: -given[one])
+        changed = in_order(space, bus, order, view, classes=given)
+        jobs = [tasks[one, "message"] for one in order]
+        found = set()
+        for place, one in enumerate(order):
+            window = buses.window_of(changed, place, jobs)
+            response = None if window is None else window.response_ns()
+            most = limit if one == number else known[one].limit_ns
+            if most is not None and (response is None or response > most):
+                found.add(one)
+        return found
+
+    before = late_with(classes[number])
+    for priority in range(classes[number] + 1, MOST_CLASS + 1):
+        after = late_with(priority)
+        if number not in after:
+            return priority, tuple(space.connections[one].name for one in sorted(after - before))
+    return None, ()
 
 
 def _place_for(
@@ -68,7 +122,7 @@ def _place_for(
     tasks = {entry.key: solution.windows.events.task(entry.key) for entry in resource.entries}
     known = dict(zip(carried_by(space, bus, view), candidates_of(space, bus, view, lambda _: tasks), strict=True))
     order = [entry.key[0] for entry in resource.entries]
-    own = order.index(number)
+    own, faults = order.index(number), faults_on(space, bus, view)
 
     def is_kept(message: int, order: Sequence[int], limit_ns: Exact | None) -> bool:
         place = order.index(message)
@@ -79,7 +133,7 @@ def _place_for(
             return limit_ns is None or (response is not None and response <= limit_ns)
         mine, behind = known[message], max((known[other].section_ns for other in order[place + 1 :]), default=0)
         made = Candidate(mine.task, mine.last_ns, mine.section_ns, limit_ns, None, mine.is_on_flow)
-        return is_in_time(made, [known[other] for other in order[:place]], behind, wire.bit_ns)
+        return is_in_time(made, [known[other] for other in order[:place]], behind, wire.bit_ns, faults)
 
     for place in reversed(range(own)):
         moved = [*order[:place], number, *order[place:own], *order[own + 1 :]]

@@ -10,6 +10,8 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from fractions import Fraction
+from functools import partial
+from itertools import accumulate
 from math import ceil
 from typing import TypeAlias, cast
 
@@ -27,13 +29,14 @@ from dse.analysis.messages.assignment import Candidate, assigned
 from dse.analysis.rates import NS_PER_S, rate_hz
 from dse.analysis.scheduling.busy_window import Stream, Task
 from dse.analysis.scheduling.model import NO_PROCESSOR, Entry, Release, Resource, Stage, Wire
+from dse.analysis.scheduling.policies.faults import faults_of_wire, with_frame
 from dse.analysis.scheduling.tasks import TaskKey
 from dse.analysis.terms import picked
 from dse.analysis.views import View
 from dse.space.architecture.arbitration import is_one_message
 from dse.space.architecture.carriers import carriers
 from dse.space.architecture.frames import frame_at, last_frame_ns
-from dse.space.model.space import EMPTY, Bus, Connection, Space, at_home
+from dse.space.model.space import EMPTY, Arbitration, Bus, Connection, Space, at_home
 from dse.space.model.trees import at, leaves
 from dse.spec.schema.fields import ANY_IDENTIFIER
 from dse.support.units import Exact
@@ -96,9 +99,10 @@ def message_key(space: Space, number: int, view: View) -> TaskKey:
         return head, "message"
     if connection.from_port is None or not at(space.buses[bus].broadcast, view) or at(connection.bus, view) != bus:
         return number, "message"
+    keys = ("size_bytes", "priority" if at(space.buses[bus].arbitration, view) == "classes" else "identifier")
     for other, item in enumerate(space.connections[:number]):
         if is_one_message(item, connection) and bus_of(space, other, view) == bus == at(item.bus, view):
-            pairs = (item.size_bytes, connection.size_bytes), (item.identifier, connection.identifier)
+            pairs = [(getattr(item, key), getattr(connection, key)) for key in keys]
             alike = all(at(one, view) == at(another, view) for one, another in pairs)
             if alike and not item.states_rate and not connection.states_rate:
                 return other, "message"
@@ -184,11 +188,16 @@ def bus_resource(space: Space, bus: int, view: View, released: Released) -> Reso
     if arbitration == "priority":
         identifiers = [at(space.connections[number].identifier, view) for number in carried]
         if ANY_IDENTIFIER in identifiers:
-            made = assigned(candidates_of(space, bus, view, released), *identifier_range(space, bus, view))
+            found = candidates_of(space, bus, view, released)
+            faults, rule = faults_on(space, bus, view), space.buses[bus].assignment
+            made = assigned(found, *identifier_range(space, bus, view), faults=faults, rule=rule)
             order = [carried[place] for place in made.order]
             return in_order(space, bus, order, view, made.identifiers)
         pairs = sorted(zip(identifiers, carried, strict=True))
         return in_order(space, bus, [number for _, number in pairs], view, [number for number, _ in pairs])
+    if arbitration == "classes":
+        classes = {number: at(space.connections[number].priority, view) for number in carried}
+        return in_order(space, bus, sorted(carried, key=lambda number: -classes[number]), view, classes=classes)
     senders = [_sender(space, number) for number in carried]
     alike = [set(carried) if arbitration == "fifo" else _alike(carried, senders, one) for one in senders]
     entries, turns = [], []
@@ -208,6 +217,19 @@ def identifier_range(space: Space, bus: int, view: View) -> tuple[int, int]:
     frame = frame_at(slot.fixed_ns, view)
     bits = 29 if frame is None else frame.identifier_bits
     return _number(Fraction(NS_PER_S) / at(slot.bandwidth_bps, view)), (1 << bits) - 1
+
+
+def faults_on(space: Space, bus: int, view: View) -> Task | None:
+    """The faults of a wire as a task, without the frames that are sent again; None where none are counted.
+
+    Times in ns, of the interval, the burst and the bandwidth that a design has.
+    """
+    slot = space.buses[bus]
+    interval = at(slot.fault_interval_ns, view)
+    if interval is None:
+        return None
+    burst = at(slot.fault_burst, view)
+    return faults_of_wire(interval, 1 if burst is None else burst, identifier_range(space, bus, view)[0])
 
 
 def candidates_of(space: Space, bus: int, view: View, released: Released) -> list[Candidate]:
@@ -276,14 +298,25 @@ def _frames_ns(space: Space, bus: int, number: int, view: View) -> tuple[int, in
     return _number(final), _number(longest)
 
 
-def in_order(space: Space, bus: int, carried: Sequence[int], view: View, identifiers: Sequence[int] = ()) -> Resource:
+def in_order(
+    space: Space,
+    bus: int,
+    carried: Sequence[int],
+    view: View,
+    identifiers: Sequence[int] = (),
+    classes: Mapping[int, int] | None = None,
+) -> Resource:
     """A bus with its messages in this order, the most urgent first, as if they had such identifiers.
 
-    A `Resource`; `carried` are the messages by their connections.
+    A `Resource`; `carried` are the messages by their connections. With `classes`, their priorities, those of one class
+    go as they come.
     """
     frames = [_frames_ns(space, bus, number, view) for number in carried]
     last, sections = [one for one, _ in frames], [longest for _, longest in frames]
-    lines = _lines(space, carried, view)
+    if classes is None:
+        lines = _lines([transmit_queue(space, number, view) for number in carried])
+    else:
+        lines = _lines([str(classes[number]) for number in carried])
     longest_later: list[tuple[tuple[TaskKey, int], ...]] = [()]  # the message with the longest frame behind each place
     for position in reversed(range(len(carried))):
         before = longest_later[-1]
@@ -293,20 +326,24 @@ def in_order(space: Space, bus: int, carried: Sequence[int], view: View, identif
         longest_later.append(before)
     longest_later.reverse()
     entries: list[Entry] = []
+    faults, hits = faults_on(space, bus, view), []
+    longest = list(accumulate(sections, partial(picked, "max")))
     for position, number in enumerate(carried):
         end = lines[position][-1] if lines and lines[position] else position
         blockers = longest_later[end + 1]
         rivals = tuple(other for other in range(end + 1) if other != position)
         blocked = blockers[0][1] if blockers else 0
         entries.append(Entry((number, "message"), position, rivals, blockers, blocked))
-    bit = identifier_range(space, bus, view)[0]
-    wire = Wire("priority", bit, tuple(last), ((),) * len(carried), tuple(identifiers), lines)
+        hits.append(with_frame(faults, longest[end]))
+    kind: Arbitration = "priority" if classes is None else "classes"
+    bit = identifier_range(space, bus, view)[0] if classes is None else 0
+    counted = tuple(item for item in hits if item is not None)
+    wire = Wire(kind, bit, tuple(last), ((),) * len(carried), tuple(identifiers), lines, counted)
     return Resource(NO_PROCESSOR, bus, tuple(entries), wire=wire)
 
 
-def _lines(space: Space, carried: Sequence[int], view: View) -> tuple[tuple[int, ...], ...]:
-    """For each message the positions of those that its sender queues with it as they come; none where none does."""
-    queues = [transmit_queue(space, number, view) for number in carried]
+def _lines(queues: Sequence[str]) -> tuple[tuple[int, ...], ...]:
+    """For each message, by its queue, the positions of those in the same one; none where each is alone."""
     places: dict[str, list[int]] = {}
     for position, queue in enumerate(queues):
         if queue:

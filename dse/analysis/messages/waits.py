@@ -10,6 +10,7 @@ from typing import Annotated
 from dse.analysis.binding import frame_of
 from dse.analysis.messages.stages import bus_of, counted_buses, message_key, wrapping_ns
 from dse.analysis.scheduling.busy_window import Stream
+from dse.analysis.scheduling.fixed_point import Window
 from dse.analysis.scheduling.model import NO_PROCESSOR
 from dse.analysis.scheduling.parts import Delay, Parts
 from dse.analysis.scheduling.resolve import resource_of_bus
@@ -43,12 +44,13 @@ class MessageResponse:
     """How long a message takes at most from when it is handed to its bus until it is there.
 
     That is its longest transmission, what keeps the bus when it comes, the messages that go before it and earlier ones
-    of its own, less what is over when it comes.
+    of its own, and faults of the wire, less what is over when it comes. Its `window` decides that.
     """
 
     WRITTEN = (
-        *("name", "carries", "identifier", "transmission_ns", "releases", "blocking_ns", "blocked_by", "interference"),
-        *("earlier_ns", "over_ns", "response_ns", "deadline_ns", "meets_deadline", "because"),
+        *("name", "carries", "identifier", "priority", "transmission_ns", "releases", "blocking_ns", "blocked_by"),
+        *("interference", "earlier_ns", "faults", "faults_ns", "over_ns", "response_ns", "deadline_ns"),
+        *("meets_deadline", "because"),
     )
 
     name: Annotated[str, "The connection whose message it is."]
@@ -68,6 +70,10 @@ class MessageResponse:
     carries: Annotated[
         tuple[str, ...], "The other connections whose data are in the message; missing without.", Json(default=())
     ] = ()
+    window: Window | None = None
+    priority: Annotated[
+        int | None, "Its priority where this decides, on Ethernet; missing elsewhere.", Json(default=None)
+    ] = None
 
     @property
     def interference(self) -> Annotated[tuple[Delay, ...], Json(kind=tuple[Precedence, ...])]:
@@ -98,6 +104,19 @@ class MessageResponse:
         In ns; above 0 where a message can be queued while its predecessor still waits.
         """
         return self.parts.earlier_ns
+
+    @property
+    def faults(self) -> Annotated[int, Json(default=0)]:
+        """The number of faults of the wire before the worst message is over; missing where none are counted."""
+        return self.parts.faults
+
+    @property
+    def faults_ns(self) -> Annotated[Exact, Json(default=0)]:
+        """The time that these faults cost: error frames and frames that are sent again; missing where none are counted.
+
+        In ns.
+        """
+        return self.parts.faults_ns
 
     @property
     def over_ns(self) -> Annotated[Exact, Json(default=0)]:
@@ -169,4 +188,6 @@ def message_responses(space: Space, bus: int, view: View) -> Iterator[MessageRes
             stated_name(space, entry.blockers[0][0]) if entry.blockers else "",
             tuple(dict.fromkeys(stated_name(space, key) for key in because)),
             tuple(item.name for item in frame if item.name != connection.name),
+            window,
+            at(connection.priority, view) if resource.wire.arbitration == "classes" else None,
         )

@@ -201,6 +201,9 @@ class Wire:
     lines
         for each message the positions of those that its sender queues with it as they come, itself among them; none of
         one whose sender queues by identifier.
+    faults
+        for each message the faults of the wire as a task, each with the frame that is sent again; none where none are
+        counted.
     """
 
     arbitration: Arbitration
@@ -209,6 +212,7 @@ class Wire:
     turns: tuple[tuple[Task, ...], ...]
     identifiers: tuple[int, ...] = ()
     lines: tuple[tuple[int, ...], ...] = ()
+    faults: tuple[Task, ...] = ()
 
 
 NO_PROCESSOR = -1

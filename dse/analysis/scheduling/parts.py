@@ -44,7 +44,7 @@ class Parts:
 
     `interference` are jobs of others, as tasks with the number of jobs; `earlier_jobs` of its own thread take
     `earlier_ns`; less urgent work that has begun takes `blocked_ns`, where it counts. Of all that `over_ns` are over
-    when the job is released.
+    when the job is released. Of a message `faults` of the wire cost `faults_ns`.
     """
 
     interference: tuple[tuple[Task, int], ...] = ()
@@ -57,15 +57,17 @@ class Parts:
         Exact,
         "How much of all that goes before its worst job is over when this is released; missing where nothing is.",
     ] = 0
+    faults: int = 0
+    faults_ns: Exact = 0
 
     @property
     def waited_ns(self) -> Exact:
         """The delay of the job: its response time less its own execution time.
 
-        In ns: earlier jobs, interference and blocking, less what is over at the release.
+        In ns: earlier jobs, interference, blocking and faults, less what is over at the release.
         """
         others = sum(jobs * task.worst_ns for task, jobs in self.interference)
-        return self.earlier_ns + others + self.blocked_ns - self.over_ns
+        return self.earlier_ns + others + self.blocked_ns + self.faults_ns - self.over_ns
 
     def delays(self, name_of: Callable[[Task], str] = lambda task: task.name) -> tuple[Delay, ...]:
         """The jobs of others, by the names that they are told by.
@@ -84,12 +86,20 @@ def counted(jobs: Iterable[tuple[Task, int]]) -> tuple[tuple[Task, int], ...]:
 
 
 def before_job(
-    task: Task, jobs: Iterable[tuple[Task, int]], blocked_ns: Exact, release_ns: Exact, end_ns: Exact
+    task: Task,
+    jobs: Iterable[tuple[Task, int]],
+    blocked_ns: Exact,
+    release_ns: Exact,
+    end_ns: Exact,
+    faults: Iterable[tuple[Task, int]] = (),
 ) -> Parts:
     """The parts before a job that is released and ends then, after the beginning of a busy period.
 
-    What is neither its own time, nor blocking, nor of these jobs of others is of earlier jobs of its own.
+    What is neither its own time, nor blocking, nor of these jobs of others, nor of faults is of earlier jobs of its
+    own.
     """
-    others = counted(jobs)
-    earlier = end_ns - blocked_ns - sum(count * item.worst_ns for item, count in others) - task.worst_ns
-    return Parts(others, int(earlier // task.worst_ns), earlier, blocked_ns, release_ns)
+    others, hits = counted(jobs), counted(faults)
+    lost: Exact = sum(count * item.worst_ns for item, count in hits)
+    earlier = end_ns - blocked_ns - lost - sum(count * item.worst_ns for item, count in others) - task.worst_ns
+    number = sum(count for _, count in hits)
+    return Parts(others, int(earlier // task.worst_ns), earlier, blocked_ns, release_ns, number, lost)

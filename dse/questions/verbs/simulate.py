@@ -105,6 +105,7 @@ def simulate(
         threads share the cores of their processor; otherwise each has a core of its own.
     bus_contention
         a physical bus whose arbitration is not counted carries one message at a time, too, first come, first served.
+        Faults of a wire hit frames at random, as often as they may come.
     endless_queues
         every queue holds whatever arrives, also where its size is stated: nothing is lost for want of room.
     time_limit_s

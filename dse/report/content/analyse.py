@@ -26,7 +26,7 @@ from dse.report.words.contention import (
     overhead_words,
     processing_words,
 )
-from dse.report.words.messages import message_tables
+from dse.report.words.messages import bus_timelines, message_tables
 from dse.report.words.reasons import CHAINED, EMPTY_SLOT, GAPS, OTHER_TYPE, REDUCED
 from dse.report.words.resources import resource_blocks
 from dse.report.words.scheduling import busy_timelines, response_tables
@@ -192,7 +192,7 @@ def _bus_words(usage: Usage) -> str:
 
 
 def _responses(analysis: Analysis) -> Iterator[Block]:
-    yield from deadline_plot(analysis.responses)
+    yield from deadline_plot(analysis.responses, analysis.messages)
     yield from response_tables(analysis.responses, FEW_THREADS)
     yield from message_tables(analysis.messages, FEW_THREADS)
 
@@ -233,6 +233,7 @@ def _usage(analysis: Analysis) -> Iterator[Block]:
     yield from listing([f"{item.severity}: {item.text}" for budget in budgets for item in budget.findings], "OSATE", 0)
     yield from resource_blocks(analysis)
     yield from busy_timelines(analysis.responses)
+    yield from bus_timelines(analysis.messages)
     if analysis.responses:
         counted = overhead_words(analysis.space, analysis.design), bound_words(analysis.space, analysis.design)
         yield from texts(" ".join(filter(None, counted)))

@@ -98,6 +98,7 @@ def _left_out_words(space: Space) -> str:
 
 KINDS = {
     "priority": "by identifier",
+    "classes": "by priority, equal ones as they come",
     "fifo": "as they come",
     "round_robin": "in turns, as a safe bound",
     "none": "each sender by itself",
@@ -114,6 +115,7 @@ def arbitration_words(space: Space) -> str:
     for bus in (space.buses[number] for number in counted_buses(space)):
         kinds = dict.fromkeys(leaf for leaf in leaves(bus.arbitration) if leaf is not None)
         more = queue if "priority" in kinds else ""
+        more += ", with faults of the wire" if set(leaves(bus.fault_interval_ns)) != {None} else ""
         said.append(f"{bus.name} ({' or '.join(KINDS[kind] for kind in kinds)}{more})")
     return f"Waiting for {listed(said)} is counted." if said else ""
 

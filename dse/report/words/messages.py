@@ -1,23 +1,29 @@
-"""Messages that wait for their bus, as tables: response against deadline, and what each waits for."""
+"""Messages that wait for their bus: response against deadline, what each waits for, and a Gantt chart of each bus."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
+from fractions import Fraction
 
+from dse.analysis.diagnosis.bus_timelines import worst_bus_period
 from dse.analysis.messages.late import LateMessage
 from dse.analysis.messages.waits import MessageResponse
+from dse.analysis.scheduling.policies.buses import Arbitrated
+from dse.analysis.scheduling.policies.transmit_queues import QueuedMessage
+from dse.answers.tables.display import readable
 from dse.report.amounts import listed
-from dse.report.page import Table
-from dse.report.words.scheduling import deadline_cells, in_ms, no_bound_words
+from dse.report.page import Table, Timeline
+from dse.report.words.scheduling import busy_timeline, deadline_cells, in_ms, no_bound_words
 
 HEADINGS = (
-    "message", "identifier", "transmission", "queued", "response time", "deadline", "", "slack", "blocked", "waits for",
+    "message", "identifier", "priority", "transmission", "queued", "response time", "deadline", "", "slack", "blocked",
+    "waits for",
 )  # fmt: skip
-NUMBERS = (1, 2, 4, 5, 7)
+NUMBERS = (1, 2, 3, 5, 6, 8)
 LEAST = 2
 """The greatest number of rows of a table on a terminal."""
-DETAIL = 8
+DETAIL = 9
 """Columns from here on a terminal leaves out."""
 MOST_NAMED = 4
 
@@ -29,7 +35,8 @@ def message_tables(messages: Mapping[str, Sequence[MessageResponse]], brief: int
     """
     shown = {bus: of_bus for bus, of_bus in messages.items() if of_bus}
     for bus, of_bus in shown.items():
-        rows = [_row(item) for item in sorted(of_bus, key=_slack)]
+        ordered = sorted(of_bus, key=_slack)
+        rows = [_row(item) for item in ordered]
         kept = [at for at in range(len(HEADINGS)) if any(row[at] for row in rows)]
         numbers = tuple(position for position, at in enumerate(kept) if at in NUMBERS)
         table = Table(
@@ -37,12 +44,32 @@ def message_tables(messages: Mapping[str, Sequence[MessageResponse]], brief: int
             tuple(HEADINGS[at] for at in kept),
             tuple(tuple(row[at] for at in kept) for row in rows),
             numbers,
+            bars=tuple(map(_share, ordered)) if any(item.deadline_ns for item in ordered) else (),
         )
         if brief is not None:
             spare = tuple(position for position, at in enumerate(kept) if at >= DETAIL)[::-1]
             rest = "and {} more messages, and what each waits for (--all)"
             table = replace(table, brief=max(LEAST, brief // len(shown)), rest=rest, spare=spare)
         yield table
+
+
+def bus_timelines(messages: Mapping[str, Sequence[MessageResponse]]) -> Iterator[Timeline]:
+    """The timeline of the worst busy period of each bus.
+
+    Of buses on which several messages wait for each other; nothing for the others.
+    """
+    for bus, of_bus in messages.items():
+        busy = worst_bus_period(of_bus)
+        if busy is not None and len({piece.name for piece in busy.pieces}) > 1:
+            yield busy_timeline(f"Bus {bus}", busy)
+
+
+def _share(item: MessageResponse) -> float:
+    """How much of the time to its deadline a message takes: nothing without one, all where it is late."""
+    if not item.deadline_ns:
+        return 0.0
+    late = item.response_ns is None or item.meets_deadline is False
+    return 1.0 if late or item.response_ns is None else min(1.0, float(item.response_ns) / item.deadline_ns)
 
 
 def _slack(item: MessageResponse) -> tuple[bool, float]:
@@ -62,6 +89,7 @@ def _row(item: MessageResponse) -> tuple[str, ...]:
     return (
         _named(item),
         "" if item.identifier is None else f"{item.identifier:#x}",
+        "" if item.priority is None else str(item.priority),
         in_ms(item.transmission_ns[1]),
         ", ".join(queued),
         *deadline_cells(item.response_ns, item.deadline_ns, item.meets_deadline),
@@ -79,6 +107,10 @@ def _waits_for(item: MessageResponse) -> str:
     """Which messages go first, the longest times first; of one without a bound those that are the cause."""
     if item.because:
         return no_bound_words(item.because)
+    if item.response_ns is None and isinstance(item.window, Arbitrated | QueuedMessage):
+        needed = readable(Fraction(item.window.used) * 10**6, "ppm", digits=1)
+        faults = ", with faults," if item.window.faults is not None else ""
+        return f"no bound, for it and what goes first{faults} need {needed} of the bus"
     first = sorted(item.interference, key=lambda one: -one.work_ns)
     waits = [f"{one.jobs} x {one.name} ({in_ms(one.work_ns)})" for one in first[:MOST_NAMED]]
     if len(first) > MOST_NAMED:
@@ -86,18 +118,21 @@ def _waits_for(item: MessageResponse) -> str:
         waits.append(f"{len(first) - MOST_NAMED} more ({in_ms(work)})")
     if item.earlier_ns:
         waits.insert(0, f"earlier ones of its own ({in_ms(item.earlier_ns)})")
+    if item.faults:
+        waits.append(f"{item.faults} {'fault' if item.faults == 1 else 'faults'} ({in_ms(item.faults_ns)})")
     if item.over_ns:
         waits.append(f"of which {in_ms(item.over_ns)} are over at its arrival")
     return ", ".join(waits)
 
 
 def late_message_words(late: LateMessage) -> str:
-    """The reason why a message is late: messages before it, and an identifier that would be early enough.
+    """The reason why a message is late: messages before it, and an identifier or priority that would be early enough.
 
     ``m3 (0x13) ends 0.7 ms late on b: 0.54 ms of its own, behind 2 x m0 (1.08 ms); in time right before m1, with 0x10``
     """
     item = late.message
     name = _named(item) if item.identifier is None else f"{_named(item)} ({item.identifier:#x})"
+    name = name if item.priority is None else f"{_named(item)} (priority {item.priority})"
     end = "has no bound" if late.late_ns is None else f"ends {in_ms(late.late_ns)} late"
     parts = [] if not item.blocking_ns else [f"{item.blocked_by} that has begun ({in_ms(item.blocking_ns)})"]
     waits = _waits_for(item)
@@ -107,10 +142,18 @@ def late_message_words(late: LateMessage) -> str:
 
 
 def _would_do(late: LateMessage) -> str:
+    if late.message.priority is not None:
+        if late.priority is None:
+            return "; late with any priority while the others keep theirs"
+        return f"; in time with priority {late.priority}{_but_late(late)}"
     if late.before is None:
         return "" if late.message.identifier is None else "; late with any identifier while the others keep theirs"
     free = "" if late.identifier is None else f", with {late.identifier:#x} for example"
+    return f"; in time right before {late.before}{free}{_but_late(late)}"
+
+
+def _but_late(late: LateMessage) -> str:
+    """What would be late then; "" where nothing would."""
     named = listed(late.makes_late[:MOST_NAMED])
     more = f" and {len(late.makes_late) - MOST_NAMED} more" if len(late.makes_late) > MOST_NAMED else ""
-    others = f", but then {named}{more} would be late" if late.makes_late else ""
-    return f"; in time right before {late.before}{free}{others}"
+    return f", but then {named}{more} would be late" if late.makes_late else ""

@@ -24,6 +24,8 @@ LEAST = 2
 """The greatest number of rows of a table on a terminal."""
 NAMED = 1
 """The column of threads."""
+MOST_LANES = 16
+"""The greatest number of lanes of a timeline."""
 ALWAYS = 7
 """Columns from here on are there where they say something."""
 
@@ -75,17 +77,28 @@ def busy_timelines(responses: Mapping[str, Sequence[Response]]) -> Iterator[Time
             busy = worst_busy_period(core, on_processor)
             if busy is not None and len({piece.name for piece in busy.pieces}) > 1:
                 is_served = any(item.is_served for item in on_processor)
-                yield _busy_timeline(processor if is_served else f"Core {core} of {processor}", busy)
+                yield busy_timeline(processor if is_served else f"Core {core} of {processor}", busy)
 
 
-def _busy_timeline(where: str, busy: BusyPeriod) -> Timeline:
-    """Who has the core until the end of the job that has the least time left; the lowest lane is its thread's."""
+def busy_timeline(where: str, busy: BusyPeriod) -> Timeline:
+    """The timeline of a core or bus until the end of the job that has the least time left.
+
+    The lowest lane is that of its thread or message. Of more than `MOST_LANES` those that take least share one.
+    """
     whole = float(busy.end_ns)
     names = dict.fromkeys(piece.name for piece in busy.pieces)
     others = [name for name in names if name not in (busy.name, SECTION)]
+    work = dict.fromkeys(names, 0.0)
+    for piece in busy.pieces:
+        work[piece.name] += float(piece.end_ns - piece.start_ns)
+    section = [name for name in names if name == SECTION]
+    room = MOST_LANES - len(section) - 1
+    least = sorted(others, key=lambda name: -work[name])[room - 1 :] if len(others) > room else []
+    rows = [(name, {name}) for name in [*section, *(name for name in others if name not in least)]]
+    rows += [(f"{len(least)} more", set(least))] if least else []
     lanes = []
-    for name in [*(name for name in names if name == SECTION), *others, busy.name]:
-        pieces = [item for item in busy.pieces if item.name == name]
+    for name, shown in [*rows, (busy.name, {busy.name})]:
+        pieces = [item for item in busy.pieces if item.name in shown]
         lanes.append(Lane(name, tuple((float(item.start_ns) / whole, float(item.end_ns) / whole) for item in pieces)))
     response = busy.end_ns - busy.released_ns
     said = f"{busy.name} ends {in_ms(response)} after its release"

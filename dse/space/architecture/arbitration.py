@@ -15,7 +15,7 @@ from dse.space.model.space import EMPTY, UNKNOWN_TYPE, Arbitration, Bus, Connect
 from dse.space.model.trees import leaves
 from dse.space.properties import Ledger, type_choice
 from dse.spec.schema.fields import ANY_IDENTIFIER, MOST_IDENTIFIER
-from dse.spec.schema.frames import CanFdFrame, CanFrame
+from dse.spec.schema.frames import CanFdFrame, CanFrame, EthernetFrame
 from dse.spec.schema.hardware import BusType
 from dse.spec.schema.model import Spec
 from dse.support.units import shown
@@ -24,7 +24,12 @@ MOST_SHOWN = 3
 
 
 def _default_arbitration(model: BusType) -> Arbitration | None:
-    """How a bus of this type arbitrates: as stated, else by priority where its frames are those of CAN."""
+    """How a bus of this type arbitrates: as stated, else by priority where its frames are those of CAN.
+
+    Of Ethernet `priority` is by classes: of several messages of one class the oldest goes first.
+    """
+    if model.arbitration == "priority" and isinstance(model.frame, EthernetFrame):
+        return "classes"
     return model.arbitration or ("priority" if isinstance(model.frame, CanFrame | CanFdFrame) else None)
 
 
@@ -44,9 +49,14 @@ def check_arbitration(ledger: Ledger, spec: Spec) -> None:
             ledger.error(place, "needs a `frame` or a `transmission_time`: how long messages take")
         elif model.arbitration == "priority" and model.bandwidth is None:
             ledger.error(place, "`priority` needs a `bandwidth`: what comes within a bit of a start still competes")
+        elif model.arbitration == "priority" and isinstance(model.frame, EthernetFrame):
+            if not model.frame.vlan:
+                hint = "frame: {protocol: ethernet, vlan: true}"
+                ledger.error(place, "priorities of Ethernet are in the tag of IEEE 802.1Q: needs `vlan: true`", hint)
         elif model.arbitration == "priority" and not isinstance(model.frame, CanFrame | CanFdFrame | None):
             hint = "fifo, round_robin or none"
-            ledger.error(place, "`priority` is that of identifiers: of frames of CAN, or a `transmission_time`", hint)
+            message = "`priority` is that of identifiers (frames of CAN, or a `transmission_time`) or of Ethernet"
+            ledger.error(place, message, hint)
 
 
 def with_arbitration(ledger: Ledger, spec: Spec, buses: Sequence[Bus], wires: Sequence[Connection]) -> tuple[Bus, ...]:
@@ -62,10 +72,20 @@ def with_arbitration(ledger: Ledger, spec: Spec, buses: Sequence[Bus], wires: Se
         stated = spec.connections.get(wire.name)  # none of a reply
         if stated is not None and wire.identifier is not None and not stated.bus:
             ledger.error(("connections", wire.name, "identifier"), "an identifier is that of a message on a `bus`")
+        is_local = stated is not None and bool(stated.bus) and not reached  # its ends share a processor
+        is_asked = stated is not None and stated.priority is not None and not is_local
+        if stated is not None and is_asked and not _may_be_ordered(spec, buses, reached):
+            message = "a priority is that of a message on Ethernet with `arbitration: priority`"
+            hint = "on CAN the `identifier` decides" if stated.bus else "name its `bus`"
+            ledger.error(("connections", wire.name, "priority"), message, hint)
     found = []
     for number, bus in enumerate(buses):
         here = on_bus.get(number, [])
         models = {name: spec.bus_types[name] for name in bus.types if name not in (EMPTY, UNKNOWN_TYPE)}
+        given = spec.buses.get(bus.name)
+        if given is not None and given.assignment is not None and all(one.identifier is None for one in here):
+            message = "places messages with `identifier: any`, and no message on this bus states an identifier"
+            ledger.error(("buses", bus.name, "assignment"), message, "leave it out, or state `identifier: any`")
         if bus.virtual or not here or not models:
             found.append(bus)
             continue
@@ -73,7 +93,7 @@ def with_arbitration(ledger: Ledger, spec: Spec, buses: Sequence[Bus], wires: Se
         kinds = {name: _default_arbitration(model) for name, model in models.items()}
         missing = next(_missing(buses, kinds, here), "")
         is_asked = any(model.arbitration for model in models.values()) or any(
-            one.identifier is not None for one in here
+            one.identifier is not None or one.priority is not None for one in here
         )
         if not missing:
             bus = replace(bus, arbitration=type_choice(bus.type_decision, [kinds.get(name) for name in bus.types]))
@@ -81,6 +101,12 @@ def with_arbitration(ledger: Ledger, spec: Spec, buses: Sequence[Bus], wires: Se
             bus = replace(bus, uncounted=missing)
         found.append(bus)
     return tuple(found)
+
+
+def _may_be_ordered(spec: Spec, buses: Sequence[Bus], reached: Sequence[int]) -> bool:
+    """Whether one of these buses may be Ethernet on which priorities decide."""
+    names = {name for number in reached for name in buses[number].types}
+    return any(_default_arbitration(spec.bus_types[name]) == "classes" for name in names if name in spec.bus_types)
 
 
 def _check_identifiers(ledger: Ledger, models: Mapping[str, BusType], wires: Sequence[Connection]) -> None:
@@ -131,6 +157,8 @@ def _missing(
 ) -> Iterator[str]:
     """What keeps the waiting for a bus with these `wires` from being counted, the first first."""
     yield from (f"{name} states no `arbitration`" for name, kind in kinds.items() if kind is None)
+    if "classes" in kinds.values():
+        yield from _said("no `priority`", [wire for wire in wires if None in set(leaves(wire.priority))])
     if "priority" in kinds.values():
         yield from _said("no `identifier`", [wire for wire in wires if None in set(leaves(wire.identifier))])
     yield from _said("no `data_size`", [wire for wire in wires if None in set(leaves(wire.size_bytes))])

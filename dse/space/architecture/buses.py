@@ -12,7 +12,7 @@ from dse.space.architecture.processors import UNKNOWN, decision_of, known_types,
 from dse.space.model.space import EMPTY, Bus
 from dse.space.model.trees import FROM_BANDWIDTH, PerProcessorType, Tree, graft, leaves
 from dse.space.properties import FieldReader, Ledger, Owner, Path, per_processor_type, stated, type_choice
-from dse.spec.schema.frames import CanFdFrame, EthernetFrame, FlexrayFrame, FrameModel
+from dse.spec.schema.frames import CanFdFrame, CanFrame, EthernetFrame, FlexrayFrame, FrameModel
 from dse.spec.schema.hardware import FROM_BANDWIDTH as IN_WORDS
 from dse.spec.schema.hardware import BusType, TransmissionTime
 from dse.spec.schema.model import Spec
@@ -99,6 +99,9 @@ def _bus(ledger: Ledger, spec: Spec, name: str, index: Mapping[str, int]) -> Bus
             decision, [read_protocols(ledger, spec, ("bus_types", key), model, index) for key, model in owner.types]
         ),
         sizes_bytes=type_choice(decision, [_sizes(model) for _, model in owner.types]),
+        fault_interval_ns=read("fault_interval", "duration", format_duration, lambda model: model.fault_interval),
+        fault_burst=read("fault_burst", "count", str, lambda model: model.fault_burst),
+        assignment=(given.assignment if given is not None else None) or "audsley",
     )
 
 
@@ -206,6 +209,8 @@ def check_bus_types(ledger: Ledger, spec: Spec) -> None:
         if type_name in used and model.frame is not None:
             for field, message in _frame_mistakes(model, model.frame):
                 ledger.error(("bus_types", type_name, field), message)
+        for field, message in _fault_mistakes(model) if type_name in used else ():
+            ledger.error(("bus_types", type_name, field), message)
         for field_name in ("transmission_time", "latency"):
             given = getattr(model, field_name)
             if type_name not in used or not isinstance(given, Mapping):
@@ -217,6 +222,17 @@ def check_bus_types(ledger: Ledger, spec: Spec) -> None:
                 if processor_type not in spec.processor_types:
                     place = (*path, processor_type)
                     ledger.unknown(place, "processor type", processor_type, spec.processor_types, at_key=True)
+
+
+def _fault_mistakes(model: BusType) -> Iterator[tuple[str, str]]:
+    """What faults of the wire need that is not stated: field and message."""
+    if model.fault_interval is None:
+        if model.fault_burst is not None:
+            yield "fault_burst", "needs a `fault_interval`: the least time between two faults after a burst"
+    elif not isinstance(model.frame, CanFrame | CanFdFrame):
+        yield "fault_interval", "only CAN repeats a frame after a fault: needs `frame: can` or `can_fd`"
+    elif model.arbitration not in (None, "priority"):
+        yield "fault_interval", f"faults are counted with `arbitration: priority`, not with `{model.arbitration}`"
 
 
 def _check_carriers(ledger: Ledger, buses: Sequence[Bus]) -> None:

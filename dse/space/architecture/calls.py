@@ -80,8 +80,9 @@ def connections_of_calls(spec: Spec, calls: Calls, stated: Mapping[str, Connecti
         made = replace(stated[link.call], name=link.name, source=link.source, target=link.target)
         reply = spec.connections[link.call].reply
         if link.is_reply and reply is not None:
-            made = replace(made, size_bytes=reply.data_size, identifier=reply.identifier, rate_hz=None, data_rate=None,
-                           deadline_ns=None, queue_size=None, latency_ns=reply.latency or made.latency_ns)  # fmt: skip
+            made = replace(made, size_bytes=reply.data_size, identifier=reply.identifier, priority=reply.priority,
+                           rate_hz=None, data_rate=None, deadline_ns=None, queue_size=None,
+                           latency_ns=reply.latency or made.latency_ns)  # fmt: skip
         found.append(made)
     return tuple(found)
 
@@ -229,6 +230,8 @@ class _Made:
             self.ledger.error((*path, "reply"), "a reply over a bus needs `data_size`")
         if not given.bus and given.reply is not None and given.reply.identifier is not None:
             self.ledger.error((*path, "reply", "identifier"), "an identifier is that of a message on a `bus`")
+        if not given.bus and given.reply is not None and given.reply.priority is not None:
+            self.ledger.error((*path, "reply", "priority"), "a priority is that of a message on a `bus`")
         stated = given.reply.compute_execution_time if given.reply is not None else None
         times = stated.values() if isinstance(stated, Mapping) else [stated or ()]
         if any(len(options) > 1 for options in times):

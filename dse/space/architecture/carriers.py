@@ -145,7 +145,7 @@ def read_carried(ledger: Ledger, spec: Spec, name: str) -> Tree:
 
 
 def with_frames(ledger: Ledger, buses: Sequence[Bus], wires: Sequence[Connection]) -> tuple[Connection, ...]:
-    """The connections, each with those that its message may carry, and with identifier and rate of what carries it.
+    """The connections with those that their message may carry; identifier, priority and rate are its carrier's.
 
     Reports frames that are longer than those of their bus whatever is chosen.
     """
@@ -160,9 +160,10 @@ def with_frames(ledger: Ledger, buses: Sequence[Bus], wires: Sequence[Connection
             found[number] = replace(
                 wire,
                 identifier=_of_head(wire.carried_in, wire.identifier, [item.identifier for item in wires]),
+                priority=_of_head(wire.carried_in, wire.priority, [item.priority for item in wires]),
                 rate_hz=_of_head(wire.carried_in, wire.rate_hz, [item.rate_hz for item in wires]),
             )
-            for key in ("identifier", "rate"):
+            for key in ("identifier", "priority", "rate"):
                 ledger.narrow(f"{wire.name}.{key}", partial(_where_alone, wire.carried_in))
     return tuple(found)
 

@@ -288,6 +288,7 @@ def _build_connection(
         further=read_further(ledger, spec, path, given, wires),
         protocols=read_protocols(ledger, spec, path, given, wires),
         identifier=read("identifier", "identifier", identifier_text),
+        priority=read("priority", "count", str),
         deadline_ns=deadline,
         carried_in=read_carried(ledger, spec, name),
     )

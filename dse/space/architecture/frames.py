@@ -139,11 +139,15 @@ def _ethernet_bits(frame: Frame, size: int, _: int) -> Bits:
 
     Acknowledgements of TCP are not counted.
     """
-    payloads = _payloads(frame, size)
+    total = sum(count * _ethernet_bytes(frame, payload) for count, payload in _payloads(frame, size))
+    return 8 * (total - GAP), 8 * total
+
+
+def _ethernet_bytes(frame: Frame, payload: int) -> int:
+    """The bytes of a frame of Ethernet with the gap behind it."""
     floor = LEAST_PAYLOAD - (TAG if frame.vlan else 0)
     head = PREAMBLE + MAC_HEADER + (TAG if frame.vlan else 0) + CHECK_SEQUENCE + GAP
-    total = sum(count * (head + (payload if payload >= floor else floor)) for count, payload in payloads)
-    return 8 * (total - GAP), 8 * total
+    return head + (payload if payload >= floor else floor)
 
 
 def _payloads(frame: Frame, size: int) -> Iterator[tuple[int, int]]:
@@ -223,14 +227,30 @@ def wire_ns(frame: Frame, size: int, bandwidth_bps: int) -> tuple[Exact, Exact]:
 def last_frame_ns(frame: Frame, size: int, bandwidth_bps: int) -> tuple[Exact, Exact]:
     """The longest time of the last frame of a message, and of the longest of its frames.
 
-    Those of CAN compete one by one; a message in other frames is sent as a whole.
+    Those of CAN and of Ethernet compete one by one; a message in other frames is sent as a whole. Of a message in
+    several frames of Ethernet the longest counts as one of the whole `mtu`.
     """
+    if frame.protocol == "ethernet":
+        times = ethernet_frames_ns(frame, size, bandwidth_bps)
+        largest = _ethernet_bytes(frame, frame.mtu_bytes) * Fraction(8 * NS_PER_S, bandwidth_bps)
+        return times[-1][1], times[-1][1] if len(times) == 1 else largest
     most = {"can": CAN_BYTES, "can_fd": FD_SIZES[-1]}.get(frame.protocol)
     if most is None or size <= most:
         whole = wire_ns(frame, size, bandwidth_bps)[1]
         return whole, whole
     _, rest = _frames(size, most)
     return wire_ns(frame, rest, bandwidth_bps)[1], wire_ns(frame, most, bandwidth_bps)[1]
+
+
+def ethernet_frames_ns(frame: Frame, size: int, bandwidth_bps: int) -> tuple[tuple[Exact, Exact], ...]:
+    """The least and most time of each frame of a message on Ethernet, in order, in ns.
+
+    The gap behind the last one counts for the most only.
+    """
+    unit = Fraction(8 * NS_PER_S, bandwidth_bps)
+    each = [_ethernet_bytes(frame, payload) for count, payload in _payloads(frame, size) for _ in range(count)]
+    last = each[-1]
+    return (*((item * unit, item * unit) for item in each[:-1]), ((last - GAP) * unit, last * unit))
 
 
 def wire_bytes(frame: Frame, size: int, bandwidth_bps: int) -> Exact:

@@ -24,7 +24,8 @@ UNKNOWN_TYPE = "?\n"
 """The type of a slot whose types are all misnamed, while other mistakes are looked for; no name has a line break."""
 INACTIVE = -1
 
-Arbitration: TypeAlias = Literal["priority", "fifo", "round_robin", "none"]
+AssignmentRule: TypeAlias = Literal["audsley", "deadline_monotonic", "robust"]
+Arbitration: TypeAlias = Literal["priority", "classes", "fifo", "round_robin", "none"]
 Design: TypeAlias = tuple[int, ...]
 """The option of each decision, by index; `INACTIVE` where the design does not use the decision."""
 
@@ -107,8 +108,9 @@ class Bus(Slot):
     which it carries messages, leaves of `protocols` what wraps them without being bound, both for OSATE alone.
     `further` buses carry it as well as `carrier`, all at once. `budget` is AADL's, in B/s, which only verdicts look at.
     Leaves of `sizes_bytes` are the sizes of messages that the transmission time holds for: a `SizeRange`, None where
-    nobody says, or `PerProcessorType`. Leaves of `arbitration` say which waiting message goes next (`Arbitration`); it
-    is None where the waiting is not counted, and `uncounted` says what is missing where some of it is stated.
+    nobody says, or `PerProcessorType`. Leaves of `arbitration` say which waiting message goes next; it is None
+    where waiting is not counted, and `uncounted` says what is missing. `fault_burst` faults come at once, others
+    `fault_interval_ns` apart (None: none). `assignment` places `any`.
     """
 
     virtual: bool
@@ -129,6 +131,9 @@ class Bus(Slot):
     sizes_bytes: Tree = None
     arbitration: Tree = None
     uncounted: str = ""
+    fault_interval_ns: Tree = None
+    fault_burst: Tree = None
+    assignment: AssignmentRule = "audsley"
 
 
 @dataclass(frozen=True)
@@ -216,11 +221,10 @@ class Connection:
     `bus` leaves are bus indices, or None where the connection is unbound or inside one process; `stated_bus` is the
     same wherever its ends are (unless it was to be decided), `timing` AADL's and `protocols` what wraps its messages
     without being bound, `type_bytes` the size of the port's data type where that is not the size of the port, all for
-    OSATE alone. `further` buses carry it as well as `bus`, all at once. An `is_inner` one is no connection of the file:
-    it leads from a piece of a thread to the next. Of the messages that wait for a bus the one of the lowest
-    `identifier` goes first (``any``: a chosen one); `deadline_ns` is that of a message, from sending to receipt. Leaves
-    of `carried_in` are the connection whose message carries its data, None where it has one of its own; `riders` are
-    the connections that may be carried in its own.
+    OSATE alone. `further` buses carry it as well as `bus`, all at once. An `is_inner` one is none of the file: it leads
+    from a piece of a thread to the next. Of the messages on a bus the lowest `identifier` goes first (``any``: a
+    chosen one), on Ethernet the highest `priority`; `deadline_ns` is from sending to receipt. Leaves of `carried_in`
+    are the connection whose message has its data, None of one of its own; `riders` may be carried in its own.
     """
 
     name: str
@@ -242,6 +246,7 @@ class Connection:
     budget: Fraction | None = None
     type_bytes: Tree = None
     identifier: Tree = None
+    priority: Tree = None
     deadline_ns: Tree = None
     carried_in: Tree = None
     riders: tuple[int, ...] = ()

@@ -227,6 +227,13 @@ Priority: TypeAlias = Annotated[
     WithJsonSchema({"anyOf": [{"type": "integer", "minimum": 0}, {"enum": [*PRIORITY_RULES, ANY_PRIORITY]}]}),
 ]
 QueueSize: TypeAlias = Annotated[int, COUNT, ReadBy(_count(0)), WithJsonSchema({"type": "integer", "minimum": 0})]
+MOST_CLASS = 7
+"""The most urgent priority of Ethernet (IEEE 802.1Q, the priority code point of a tag)."""
+MessagePriority: TypeAlias = Annotated[
+    int,
+    ReadBy(_count(0, MOST_CLASS)),
+    WithJsonSchema({"type": "integer", "minimum": 0, "maximum": MOST_CLASS}),
+]
 MOST_IDENTIFIER = 2**29 - 1
 """The greatest identifier of CAN, of 29 bits."""
 _HEXADECIMAL = re.compile(r"0x[0-9a-fA-F]{1,8}")

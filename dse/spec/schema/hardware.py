@@ -151,6 +151,10 @@ Arbitration: TypeAlias = Annotated[Literal["priority", "fifo", "round_robin", "n
 """Which of the messages that wait for a bus goes next."""
 
 
+AssignmentRule: TypeAlias = Annotated[Literal["audsley", "deadline_monotonic", "robust"], Respelt()]
+"""Which of the messages with any identifier that may be the last on a bus is."""
+
+
 class BusType(Priced):
     """A bus or virtual bus; `overhead` is in bytes per message, `bandwidth` in bit/s.
 
@@ -162,6 +166,8 @@ class BusType(Priced):
     exclusive: bool = False
     arbitration: Arbitration | None = None
     broadcast: bool = False
+    fault_interval: Options[Period] | None = None
+    fault_burst: Options[Count] | None = None
     bandwidth: Options[Bandwidth] | None = None
     transmission_time: TransmissionTimes | None = None
     frame: FrameType | None = None

@@ -17,6 +17,7 @@ from dse.spec.schema.fields import (
     Items,
     Length,
     Line,
+    MessagePriority,
     Name,
     Options,
     Priority,
@@ -36,7 +37,16 @@ from dse.spec.schema.frames import EthercatFrame as EthercatFrame
 from dse.spec.schema.frames import EthernetFrame as EthernetFrame
 from dse.spec.schema.frames import FlexrayFrame as FlexrayFrame
 from dse.spec.schema.frames import SerialFrame as SerialFrame
-from dse.spec.schema.hardware import ONE, BusType, Demands, Priced, ProcessorType, TimeRanges, TransmitQueue
+from dse.spec.schema.hardware import (
+    ONE,
+    AssignmentRule,
+    BusType,
+    Demands,
+    Priced,
+    ProcessorType,
+    TimeRanges,
+    TransmitQueue,
+)
 from dse.spec.schema.hardware import Interrupt as Interrupt
 from dse.spec.schema.hardware import Throttling as Throttling
 from dse.spec.schema.hardware import TransmissionTime as TransmissionTime
@@ -206,6 +216,7 @@ class Bus(Slot):
     bus: Options[Reference] | None = None
     further_buses: Items[Reference] = ()
     budget: DataRate | None = None
+    assignment: AssignmentRule | None = None
 
 
 class Messages(SpecMapping):
@@ -224,6 +235,7 @@ class Reply(SpecMapping):
     compute_execution_time: TimeRanges | None = None
     latency: TimeRange | None = None
     identifier: Identifier | None = None
+    priority: MessagePriority | None = None
     source: Line | None = None
 
 
@@ -248,6 +260,7 @@ class Connection(SpecMapping):
     queue_size: Options[QueueSize] | None = None
     latency: Options[TimeRange] | None = None
     identifier: Options[Identifier] | None = None
+    priority: Options[MessagePriority] | None = None
     carried_in: Options[Name] | None = None
     deadline: Options[Duration] | None = None
     reply: Reply | None = None

@@ -10,6 +10,7 @@ object with `response_ns()` and `parts()`. Read `preemptive.py` first.
 * `reservations.py`: budgets of a core in each period, as supply for their threads and as load for the others.
 * `buses.py`, `transmit_queues.py`: messages that wait for each other: CAN, first come first served, round-robin;
   senders that queue messages as they come.
+* `faults.py`: faults of a CAN wire, after which a frame is sent again.
 * `segments.py`, `accelerators.py`: threads that run, wait on an accelerator, and run on; what an accelerator serves.
 
 Not allowed here: a look at the space or at decisions, and bounds below the worst case. Each policy cites its source.

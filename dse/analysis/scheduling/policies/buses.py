@@ -9,7 +9,9 @@
   over all jobs q of the busy period (R. I. Davis, A. Burns, R. J. Bril and J. J. Lukkien, "Controller Area Network
   (CAN) schedulability analysis: refuted, revisited and revised", Real-Time Systems 35, 2007). A message of several
   frames competes with each of them: until the last one begins what is more urgent goes first. Messages whose sender
-  queues them as they come have a module of their own (`transmit_queues`).
+  queues them as they come have a module of their own (`transmit_queues`), and so have faults of the wire (`faults`).
+* ``classes`` (Ethernet, IEEE 802.1Q): the same by priority, of which equal ones go as they come: a class is a line, as
+  those of senders that queue, whose messages all have one level. Nothing comes after a start.
 * ``fifo``: messages go in the order in which they come.
 * ``none``: each sender has a line of its own, on which its messages go as they come.
 * ``round_robin``: senders take turns, each with its oldest message: before each message of the own sender one of each
@@ -23,7 +25,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from functools import lru_cache
+from fractions import Fraction
+from functools import lru_cache, partial
 from operator import is_
 
 from dse.analysis.scheduling.busy_window import (
@@ -39,6 +42,7 @@ from dse.analysis.scheduling.model import Resource
 from dse.analysis.scheduling.parts import Parts, before_job, counted
 from dse.analysis.scheduling.policies.executor_work import EndlessError, Work, demand_of, jobs_by, until_end
 from dse.analysis.scheduling.policies.executors import Fellow, Queued, WorstJob
+from dse.analysis.scheduling.policies.faults import work_of
 from dse.analysis.scheduling.policies.transmit_queues import QueuedMessage, queued_window, seen_by, waits_in_queues
 from dse.support.units import Exact
 
@@ -53,6 +57,8 @@ class Arbitrated:
         its last frame, before which nothing goes once it has begun.
     bit_ns
         what comes up to so much after a start still competes for it.
+    faults
+        the faults of the wire, each with what it costs this message; None where none are counted.
 
     Examples
     --------
@@ -73,6 +79,7 @@ class Arbitrated:
     blocked_ns: Exact
     last_ns: Exact
     bit_ns: Exact
+    faults: Task | None = None
 
     def response_ns(self) -> Exact | None:
         """The longest time from when the message is queued to its end, in ns; None where it has no bound.
@@ -81,7 +88,8 @@ class Arbitrated:
         with jitter.
         """
         numbers = (self.blocked_ns, self.last_ns, self.bit_ns)
-        plain = all(type(item) in PLAIN for item in numbers) and all(map(is_plain, (self.task, *self.urgent)))
+        tasks = (self.task, *self.urgent, *self.of_wire)
+        plain = all(type(item) in PLAIN for item in numbers) and all(map(is_plain, tasks))
         found = _remembered(self) if plain else self.worst_job()
         return None if found is None else found[1] - found[0]
 
@@ -94,7 +102,26 @@ class Arbitrated:
         if found is None:
             return None
         until, jobs = found[1] - self.last_ns + self.bit_ns, jobs_by if self._counts_starts else most_jobs
-        return before_job(self.task, ((item, jobs(item, until)) for item in self.urgent), self.blocked_ns, *found)
+        others = [(item, jobs(item, until)) for item in self.urgent]
+        faults = [(item, most_jobs(item, found[1])) for item in self.of_wire]
+        return before_job(self.task, others, self.blocked_ns, *found, faults)
+
+    def competes(self, release_ns: Exact, start_ns: Exact) -> bool:
+        """Whether what is queued at a time may win the frame that starts at another one; both in ns."""
+        return release_ns <= start_ns if self._counts_starts else release_ns < start_ns + self.bit_ns
+
+    @property
+    def used(self) -> float | Fraction:
+        """The share of the bus that it takes in the long run with all that goes before it, faults of the wire among it.
+
+        Without a bound where that is more than 1.
+        """
+        return load((self.task, *self.urgent, *self.of_wire))
+
+    @property
+    def of_wire(self) -> tuple[Task, ...]:
+        """The faults of the wire, as one task or none."""
+        return () if self.faults is None else (self.faults,)
 
     @property
     def _counts_starts(self) -> bool:
@@ -108,20 +135,28 @@ class Arbitrated:
         the busy period takes too many steps.
         """
         task, urgent, blocked = self.task, [item for item in self.urgent if item.worst_ns], self.blocked_ns
-        used = load((task, *urgent))
-        if used > 1 or (used == 1 and (blocked or not task.streams or any(map(is_late, (task, *urgent))))):
+        used = self.used
+        if used > 1 or (
+            used == 1 and (blocked or self.faults or not task.streams or any(map(is_late, (task, *urgent))))
+        ):
             return None
         with suppress(EndlessError):
-            return self._worst_of(Work(task, urgent, (), blocked))
+            return self._worst_of(Work(task, urgent, self.of_wire, blocked))
         return None
 
     def _worst_of(self, work: Work) -> tuple[Exact, Exact]:
         busy, demand = work.busy_ns(), demand_of(work.fellows, until=self._counts_starts)
+        faulty = work_of(self.faults)
+
+        def needed(own: Exact, time: Exact) -> Exact:
+            return own + demand(time + self.bit_ns) + faulty(time + self.last_ns)
+
         worst: tuple[Exact, Exact] = (0, 0)
         start: Exact = 0
-        for count, release in enumerate(until_end(releases_to_look_at_ns(self.task, work.fellows), busy)):
+        others = (*work.fellows, *self.of_wire)
+        for count, release in enumerate(until_end(releases_to_look_at_ns(self.task, others), busy)):
             before = self.blocked_ns + count * self.task.worst_ns + (self.task.worst_ns - self.last_ns)
-            start = work.least(max(before, start), lambda time, own=before: own + demand(time + self.bit_ns))  # type: ignore[misc]
+            start = work.least(max(before, start), partial(needed, before))
             if start + self.last_ns - release > worst[1] - worst[0]:
                 worst = release, start + self.last_ns
         return worst
@@ -159,7 +194,7 @@ class InTurn:
 
         The lesser one of two bounds: senders in turn, and any order of all messages.
         """
-        found = [item.response_ns() for item in (self._in_line, self._any_order) if item is not None]
+        found = [item.response_ns() for item in (self.in_line, self._any_order) if item is not None]
         return min((item for item in found if item is not None), default=None)
 
     def parts(self) -> Parts | None:
@@ -167,7 +202,7 @@ class InTurn:
 
         Those of the bound that is used.
         """
-        line, free = self._in_line, self._any_order
+        line, free = self.in_line, self._any_order
         bounds = [None if item is None else item.response_ns() for item in (line, free)]
         if bounds[0] is None or (bounds[1] is not None and bounds[1] < bounds[0]):
             return None if free is None else free.parts()
@@ -183,7 +218,8 @@ class InTurn:
         return Parts(others, own - 1, (own - 1) * self.task.worst_ns, 0, worst.release_ns)
 
     @property
-    def _in_line(self) -> Queued:
+    def in_line(self) -> Queued:
+        """The message in one line with those that go as they come, each longer by one turn of each other sender."""
         turn = sum(item.worst_ns for item in self.turns)
         longer = [replace(item, worst_ns=item.worst_ns + turn) for item in (self.task, *self.queue)]
         return Queued("fifo", longer[0], tuple(Fellow(item, True) for item in longer[1:]))
@@ -212,8 +248,9 @@ def window_of(
     before = tuple(item for item in rivals if item is not None)
     if task is None or len(before) < len(rivals):
         return None
-    if wire.arbitration == "priority":
-        return Arbitrated(task, before, entry.blocked_ns, wire.last_ns[position], wire.bit_ns)
+    if wire.arbitration in ("priority", "classes"):
+        faults = wire.faults[position] if wire.faults else None
+        return Arbitrated(task, before, entry.blocked_ns, wire.last_ns[position], wire.bit_ns, faults)
     turns = wire.turns[position]
     others = [item for at, item in enumerate(tasks) if at != position] if turns else []
     known = tuple(item for item in others if item is not None)

@@ -17,13 +17,15 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from functools import lru_cache
+from fractions import Fraction
+from functools import lru_cache, partial
 from heapq import merge
 
 from dse.analysis.scheduling.busy_window import PLAIN, Task, densest_releases_ns, is_late, is_plain, load, most_jobs
 from dse.analysis.scheduling.model import Resource
 from dse.analysis.scheduling.parts import Parts, before_job
 from dse.analysis.scheduling.policies.executor_work import EndlessError, Work, demand_of, jobs_by, until_end
+from dse.analysis.scheduling.policies.faults import work_of
 from dse.support.units import Exact
 
 
@@ -41,6 +43,8 @@ class QueuedMessage:
         its last frame, before which nothing goes once it has begun.
     bit_ns
         what comes up to so much after a start still competes for it.
+    faults
+        the faults of the wire, each with what it costs this message; None where none are counted.
 
     Examples
     --------
@@ -58,11 +62,12 @@ class QueuedMessage:
     blocked_ns: Exact
     last_ns: Exact
     bit_ns: Exact
+    faults: Task | None = None
 
     def response_ns(self) -> Exact | None:
         """The longest time from when the message is queued to its end, in ns; None where it has no bound."""
         numbers = (self.blocked_ns, self.last_ns, self.bit_ns)
-        tasks = (self.task, *self.line, *self.urgent)
+        tasks = (self.task, *self.line, *self.urgent, *self._of_wire)
         plain = all(type(item) in PLAIN for item in numbers) and all(map(is_plain, tasks))
         found = _remembered(self) if plain else self.worst_job()
         return None if found is None else found[1] - found[0]
@@ -76,7 +81,20 @@ class QueuedMessage:
         until = end - self.last_ns + self.bit_ns
         jobs = [(item, jobs_by(item, release)) for item in self.line]
         jobs += [(item, self._jobs(item, until)) for item in self.urgent]
-        return before_job(self.task, jobs, self.blocked_ns, release, end)
+        faults = [(item, most_jobs(item, end)) for item in self._of_wire]
+        return before_job(self.task, jobs, self.blocked_ns, release, end, faults)
+
+    @property
+    def used(self) -> float | Fraction:
+        """The share of the bus that its queue takes in the long run with all that goes before that, faults among it.
+
+        Without a bound where that is more than 1.
+        """
+        return load((self.task, *self.line, *self.urgent, *self._of_wire))
+
+    @property
+    def _of_wire(self) -> tuple[Task, ...]:
+        return () if self.faults is None else (self.faults,)
 
     @property
     def _jobs(self) -> Callable[[Task, Exact], int]:
@@ -94,18 +112,22 @@ class QueuedMessage:
         """
         task, line = self.task, [item for item in self.line if item.worst_ns]
         urgent = [item for item in self.urgent if item.worst_ns]
-        used = load((task, *line, *urgent))
-        if used > 1 or (
-            used == 1 and (self.blocked_ns or not task.streams or any(map(is_late, (task, *line, *urgent))))
-        ):
+        used = self.used
+        late = self.blocked_ns or self.faults or not task.streams or any(map(is_late, (task, *line, *urgent)))
+        if used > 1 or (used == 1 and late):
             return None
         with suppress(EndlessError):
-            return self._worst_of(Work(task, line, urgent, self.blocked_ns))
+            return self._worst_of(Work(task, line, (*urgent, *self._of_wire), self.blocked_ns), urgent)
         return None
 
-    def _worst_of(self, work: Work) -> tuple[Exact, Exact]:
+    def _worst_of(self, work: Work, urgent: Sequence[Task]) -> tuple[Exact, Exact]:
         queue = (work.task, *work.fellows)
-        busy, demand = work.busy_ns(), demand_of(work.outside, until=self._counts_starts)
+        busy, demand = work.busy_ns(), demand_of(urgent, until=self._counts_starts)
+        faulty = work_of(self.faults)
+
+        def needed(own: Exact, time: Exact) -> Exact:
+            return own + demand(time + self.bit_ns) + faulty(time + self.last_ns)
+
         worst: tuple[Exact, Exact] = (0, 0)
         start: Exact = 0
         last: Exact = -1
@@ -114,7 +136,7 @@ class QueuedMessage:
                 continue
             last = arrival
             own = self.blocked_ns + sum(jobs_by(item, arrival) * item.worst_ns for item in queue) - self.last_ns
-            start = work.least(max(own, start), lambda time, own=own: own + demand(time + self.bit_ns))  # type: ignore[misc]
+            start = work.least(max(own, start), partial(needed, own))
             if start + self.last_ns - arrival > worst[1] - worst[0]:
                 worst = arrival, start + self.last_ns
         return worst
@@ -138,9 +160,14 @@ def queued_window(resource: Resource, position: int, seen: Sequence[Task | None]
     known = [item for item in (task, *line, *urgent) if item is not None]
     if task is None or len(known) < 1 + len(line) + len(urgent):
         return None
-    others = tuple(known[1 + len(line) :])
     return QueuedMessage(
-        task, tuple(known[1 : 1 + len(line)]), others, entry.blocked_ns, wire.last_ns[position], wire.bit_ns
+        task,
+        tuple(known[1 : 1 + len(line)]),
+        tuple(known[1 + len(line) :]),
+        entry.blocked_ns,
+        wire.last_ns[position],
+        wire.bit_ns,
+        wire.faults[position] if wire.faults else None,
     )
 
 

@@ -37,7 +37,7 @@ from dse.report.words.contention import (
     processing_words,
     uncounted_words,
 )
-from dse.report.words.messages import message_tables
+from dse.report.words.messages import bus_timelines, message_tables
 from dse.report.words.missing import TITLE, missing_words
 from dse.report.words.reasons import (
     GAPS,
@@ -386,11 +386,12 @@ class Document:
             ),
             usage=usage_records(analysis.processors, analysis.buses, tightest_limits(analysis)),
             usage_tables=tuple(usage_tables(analysis)),
-            deadlines=deadline_records(analysis.responses),
+            deadlines=deadline_records(analysis.responses, analysis.messages),
             responses=(
                 *response_tables(analysis.responses),
                 *message_tables(analysis.messages),
                 *busy_timelines(analysis.responses),
+                *bus_timelines(analysis.messages),
             ),
             bindings=self._bindings(reasons.point),
             requirements=verdict_table(analysis),
