@@ -138,6 +138,7 @@ class Rounds:
                     self.ends[*chain.key, "lag"] = self.ends[chain.key]
         self.spans: Spans = {}
         self.losses: dict[TaskKey, Loss] = {}
+        self.has_losses = False
         self.count = 0
         self._begin(is_plain=not system.is_traced)
 
@@ -172,6 +173,7 @@ class Rounds:
                     found = found if found == self.ends[entry.key] else None
                 if self.ends[entry.key] is not None and found != self.ends[entry.key]:
                     if found is None:
+                        self.has_losses = True
                         self._note_loss(resource, position, tasks)
                     self.ends[entry.key], changed = found, True
                     self.events.raised(entry.key)
@@ -215,10 +217,14 @@ class Rounds:
         return None if lag is None else min(lag, response)
 
     def _raise(self, key: ChainKey | LagKey, found: Exact | None) -> bool:
-        """Raise the end of a chain or a lag; whether it rose."""
+        """Raise the end of a chain or a lag; whether it changed.
+
+        It falls only once a stage has no bound: what needs all its inputs may come less often without that one.
+        """
         known = self.ends[key]
-        if known is None or found == known or (found is not None and found < known):
+        if known is None or found == known or (found is not None and found < known and not self.has_losses):
             return False
+        self.has_losses |= found is None
         if found is not None and self.count > 1 and self._is_beyond(found):
             found = None
         self.ends[key] = found
