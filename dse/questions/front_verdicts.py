@@ -23,7 +23,7 @@ LEAST_TIME_S = 10.0
 """Without a time limit the referee has as long as the search took, at least this long."""
 LEAST_FOR_CORES_S = 60.0
 """Without a time limit other cores are looked for as long at least: their work ends far sooner."""
-MOST_WORK = 0.3
+MOST_WORK = 0.05
 """The work (`dse.search.solver.settings`) at other cores for all designs of a front together."""
 MOST_PAIRS = 10_000
 """With more pairs of threads that may share a processor, in both orders, other cores are not looked for: the model has
