@@ -60,6 +60,7 @@ thread_types:
   provider: {compute_execution_time: {RT101: [243 us .. 1.3 ms, 1 ms]}, callback_execution_time: 1 us}
 processors: {computer: {type: RT101, optional: true}}
 buses: {bus: {type: can}, middle: {type: ros_ipc, bus: [bus]}}
+packing: {bus: stated}
 devices: {gnss: {type: mojo3, queue_size: 3, deadline: 5 ms, response_time: 1 ms, dispatch_protocol: periodic}}
 threads:
   nav:
