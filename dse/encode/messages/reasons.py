@@ -10,10 +10,13 @@ that a message has when those of the others come first: it has no better one in 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
 from fractions import Fraction
 
+from dse.analysis.latency.rows import counts_responses
 from dse.analysis.messages.burdens import burdens, goes_first, is_settled
 from dse.analysis.messages.conflicts import Conflict, open_identifiers, soonest_ns
+from dse.analysis.scheduling.responses import message_waits_ns
 from dse.analysis.views import CyclicActivation, Noting, View
 from dse.encode.linear import OpenTerm
 from dse.space.model.space import Space
@@ -23,6 +26,22 @@ Chosen = Callable[[int, int], int]
 """The literal of an option of a decision, or (below 0) of its being inactive."""
 Conditions = list[tuple[int, ...]]
 """One tuple of literals for each decision that matters, of which one literal is true."""
+
+
+def value_conditions(
+    space: Space, chosen: Chosen, term: OpenTerm, view: View, has: int, exact: int
+) -> tuple[Conditions, int] | None:
+    """Conditions under which the figure of a message is at least so large, and how large.
+
+    More than a solution `has`, and at most its `exact` value. None of other figures, and where none are known.
+    """
+    if term.message is None:
+        return None
+    known = conditions_of(space, chosen, term.message, term.value, view, exact)
+    if known is not None:
+        return known, exact
+    sooner = soonest_conditions(space, chosen, term, view, has)
+    return undelayed_conditions(space, chosen, term, view, has) if sooner is None else sooner
 
 
 def conditions_of(
@@ -80,6 +99,34 @@ def soonest_conditions(
         return [int(one) for one in stated] if stated.count(True) == 1 else None
 
     return _relaxed(chosen, view, is_as_long, compared)[0], enough
+
+
+def undelayed_conditions(
+    space: Space, chosen: Chosen, term: OpenTerm, view: View, has: int
+) -> tuple[Conditions, int] | None:
+    """Conditions under which a figure is at least so large where no thread waits for another, and how large.
+
+    Threads that wait pass on more jitter, and so messages wait no less. None where that is no more than a solution
+    `has`, and where identifiers follow from jitter.
+    """
+    number, waiting = term.message, term.waiting
+    if number is None or waiting is None or not counts_responses(space) or open_identifiers(space):
+        return None
+    alone = replace(space, processing="execution_time")
+
+    def least(seen: View) -> int:
+        waited = message_waits_ns(alone, number, seen)
+        return waiting(seen, Fraction(waited))
+
+    found = least(View(view.design))
+    if found <= has:
+        return None
+    conditions = conditions_of(alone, chosen, number, least, view, found)
+    if conditions is None:
+        noting = Noting(view.design)
+        least(View(noting))
+        conditions = [(chosen(index, option),) for index, option in noting.seen.items()]
+    return conditions, found
 
 
 def _all_must_be_in_time(space: Space) -> bool:

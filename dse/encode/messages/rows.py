@@ -168,11 +168,12 @@ class _OnBus:
             return
         bit = ranges[0].value
         found = [made for one in range(len(space.connections)) if (made := self._message(one)) is not None]
-        own = next((message for message in found if message.number == number), None)
-        if own is None or not own.numbers:
+        own = self._numbered(number, apart(space, number, self.given)) if has_own_message(space, number) else []
+        if not own:
             return
-        others = [message for message in found if message is not own and message.numbers]
-        highest = max(value for _, value in own.numbers)
+        found = [message for message in found if message.number != number]
+        others = [message for message in found if message.numbers]
+        highest = max(value for _, value in own)
         before = {message.number: self._goes_first(message, own) for message in others if message.lowest < highest}
         sure = [one for one in others if before.get(one.number) is board.true]
         window = sum(min(item.task.worst_ns for _, item in one.cases if item.task is not None) for one in sure) + bit
@@ -187,7 +188,7 @@ class _OnBus:
                 parts.append((work, board.all_of([goes_first, case])))
         if sum(work for work, _ in parts) >= EXACT_LIMIT:
             return
-        maybe = [message for message in found if message is not own and before.get(message.number) is not board.true]
+        maybe = [message for message in found if before.get(message.number) is not board.true]
         blocker = max(maybe, key=_section, default=None)
         if blocker is not None:  # it has begun, or goes first, whatever its number
             behind = before.get(blocker.number, board.true.negated()).negated()
@@ -211,10 +212,13 @@ class _OnBus:
             form = floor(_section(message) * scale) + sum(floor(one.extra_ns * scale) * one.literal for one in riders)
             board.model.add(variable >= least + form).only_enforce_if([*where, message.own, *apart_from])
 
-    def _goes_first(self, other: _Message, own: _Message) -> Any:
-        """A literal that is true only where the number of another message is lower than that of one; None: never."""
+    def _goes_first(self, other: _Message, own: Sequence[tuple[Any, int]]) -> Any:
+        """A literal that is true only where the number of another message is lower than that of one; None: never.
+
+        `own` are the numbers of that one, each with a literal.
+        """
         board = self.board
-        pairs = [(literal, mine) for literal, number in other.numbers for mine, value in own.numbers if number < value]
+        pairs = [(literal, mine) for literal, number in other.numbers for mine, value in own if number < value]
         if len(pairs) == 1 and all(literal.index == board.true.index for literal in pairs[0]):
             return board.true
         return board.any_of(board.all_of(pair) for pair in pairs) if pairs else None
@@ -245,7 +249,6 @@ class _OnBus:
         if not cases or any(case.value.task is None for case in cases):
             return None
         own, riders = own_literal(board, number), riders_of(board, self.bus, number, given)
-        numbers = self._numbers(number, given)
         full = tabulate(space, lambda view: longest_frame_ns(space, self.bus, view), MOST_CASES, given) or []
         ends = [case.value for case in full if case.value is not None]
         longest = max(case.value.last_ns for case in cases) + sum(rider.extra_ns for rider in riders)
@@ -254,11 +257,17 @@ class _OnBus:
             number,
             [board.model.get_int_var_from_proto_index(guard) for guard in guards],
             board.named(cases, given),
-            [(board.all_of([own, literal]), value) for literal, value in numbers or () if isinstance(value, int)],
+            self._numbered(number, given),
             own,
             riders,
             max(ends) if riders and len(ends) == len(full) > 0 else longest,
         )
+
+    def _numbered(self, number: int, given: Given) -> list[tuple[Any, int]]:
+        """The identifiers of a message of its own that are known, each with a literal that it is there with that."""
+        board = self.board
+        own, numbers = own_literal(board, number), self._numbers(number, given)
+        return [(board.all_of([own, literal]), value) for literal, value in numbers or () if isinstance(value, int)]
 
     def _numbers(self, number: int, given: Given) -> list[tuple[Any, Any]] | None:
         """The identifiers that a message of its own may have, each with a literal."""

@@ -24,7 +24,7 @@ from dse.analysis.scheduling.tasks import work_ns
 from dse.analysis.terms import FlowChain
 from dse.analysis.views import Noting, View
 from dse.encode.linear import OpenTerm
-from dse.encode.messages.reasons import conditions_of, soonest_conditions
+from dse.encode.messages.reasons import value_conditions
 from dse.encode.scheduling.places import Places, Thread
 from dse.space.architecture.chains import may_come_once, may_succeed
 from dse.space.model.space import Space
@@ -91,13 +91,10 @@ def reason_of_value(
     """
     value = term.value
     if term.may_fall or counted_buses(space):  # what messages wait for hangs on all on their bus
-        known = None
-        if not term.may_fall and term.message is not None:
-            known = conditions_of(space, places.chosen, term.message, value, view, exact)
-            sooner = soonest_conditions(space, places.chosen, term, view, has) if known is None else None
-            if sooner is not None:
-                return Reason(tuple(sooner[0]), ()), sooner[1]
-        return _seen(space, places, value, view, ()) if known is None else Reason(tuple(known), ()), exact
+        known = None if term.may_fall else value_conditions(space, places.chosen, term, view, has, exact)
+        return (
+            (_seen(space, places, value, view, ()), exact) if known is None else (Reason(tuple(known[0]), ()), known[1])
+        )
     groups = _groups(space, places, view)
 
     def with_only(given: Sequence[tuple[int, tuple[int, ...]]], design: Sequence[int]) -> int:
