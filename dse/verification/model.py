@@ -38,7 +38,13 @@ from dse.verification.scheduling.contention import (
 from dse.verification.scheduling.core_symmetry import Numbering
 from dse.verification.scheduling.cores import add_cores
 from dse.verification.scheduling.first_designs import Claim, Earlier, EarlierDesigns, add_earlier, limit_options
-from dse.verification.scheduling.messages import BusRows, message_lessons, soonest_lesson, waits_lesson
+from dse.verification.scheduling.messages import (
+    BusRows,
+    message_lessons,
+    soonest_lesson,
+    undelayed_lesson,
+    waits_lesson,
+)
 from dse.verification.scheduling.waiting import WaitVariables
 from dse.verification.solver_calls import Reply
 from dse.verification.sums import Sum
@@ -372,10 +378,10 @@ class SecondModel:
             return chain_lesson(self.tables.space, number, chain, waited, values)
         if number < 0:
             longer = Fraction(said, self.waiting.scale)
-            lesson = soonest_lesson(self.tables.space, number, self.tables.messages, longer, values)
-            return lesson or waits_lesson(
-                self.tables.space, number, self.waiting.waits.messages[number], waited, values
-            )
+            space, waits = self.tables.space, self.waiting.waits.messages[number]
+            lesson = soonest_lesson(space, number, self.tables.messages, longer, values)
+            lesson = lesson or undelayed_lesson(space, number, self.tables.messages, longer, values)
+            return lesson or waits_lesson(space, number, waits, waited, values)
         return waiting_lesson(self.tables.space, number, waited, values)
 
     def _teach(self, model: cp_model.CpModel, lesson: Lesson) -> None:

@@ -106,13 +106,15 @@ def undelayed_conditions(
 ) -> tuple[Conditions, int] | None:
     """Conditions under which a figure is at least so large where no thread waits for another, and how large.
 
-    Threads that wait pass on more jitter, and so messages wait no less. None where that is no more than a solution
-    `has`, and where identifiers follow from jitter.
+    Threads that wait pass on more jitter, and so messages wait no less, in any order. None where that is no more than
+    a solution `has`.
     """
     number, waiting = term.message, term.waiting
-    if number is None or waiting is None or not counts_responses(space) or open_identifiers(space):
+    if number is None or waiting is None or not counts_responses(space):
         return None
     alone = replace(space, processing="execution_time")
+    if open_identifiers(space):
+        return soonest_conditions(alone, chosen, term, view, has)
 
     def least(seen: View) -> int:
         waited = message_waits_ns(alone, number, seen)

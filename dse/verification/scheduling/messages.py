@@ -20,6 +20,7 @@ from typing import Any
 from ortools.sat.python import cp_model
 
 from dse.analysis.binding import frame_numbers
+from dse.analysis.latency.rows import counts_responses
 from dse.analysis.limits import Limit, judge
 from dse.analysis.messages.assignment import Candidate
 from dse.analysis.messages.burdens import burdens, goes_first, is_settled
@@ -27,6 +28,7 @@ from dse.analysis.messages.conflicts import Conflict, conflicts, is_own_deadline
 from dse.analysis.messages.frames import added, apart, has_own_message, longest_frame_ns
 from dse.analysis.messages.stages import candidate_of, counted_buses, identifier_range, is_comparable, limit_ns
 from dse.analysis.scheduling.resolve import released_undelayed
+from dse.analysis.scheduling.responses import message_waits_ns
 from dse.analysis.views import CyclicActivation, Noting, PartialView, View, tabulate
 from dse.space.model.space import Design, Space
 from dse.space.model.trees import Choice, NotOffered, at, leaves
@@ -376,6 +378,27 @@ def waits_lesson(space: Space, key: int, waits: Callable[[View], Fraction], wait
     if is_settled(space) and not open_identifiers(space):
         return Lesson(_widened(design, is_as_long, compared)[0], (), (key, waited))
     return Lesson(_seen(is_as_long, design), (), (key, waited))
+
+
+def undelayed_lesson(
+    space: Space, key: int, limits: Sequence[Limit], longer_ns: Fraction, design: Design
+) -> Lesson | None:
+    """The lesson from a message that waits longer than `longer_ns` though no thread waits for another; else None.
+
+    Threads that wait pass on more jitter. Where identifiers follow from jitter it waits so long in every order that
+    meets all deadlines, if `limits` have them.
+    """
+    if not counts_responses(space):
+        return None
+    alone = replace(space, processing="execution_time")
+    if open_identifiers(space):
+        return soonest_lesson(alone, key, limits, longer_ns, design)
+
+    def waits(view: View) -> Fraction:
+        return Fraction(message_waits_ns(alone, -1 - key, view))
+
+    waited = waits(View(design))
+    return waits_lesson(alone, key, waits, waited, design) if waited > longer_ns else None
 
 
 def soonest_lesson(
