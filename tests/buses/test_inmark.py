@@ -68,3 +68,13 @@ def test_the_robot_with_its_bus_counted(chosen: bool, settings: str, points: dic
         least[int(price)] = min(least.get(int(price), int(jitter)), int(jitter))
     assert points.items() <= least.items()
     assert min(least) == min(points)
+
+
+def test_threads_and_messages_of_the_robot_wait(tmp_path: Path) -> None:
+    """With default identifiers 20 ms take the Spectra, as without waiting threads; both proofs end in a second."""
+    robot(tmp_path)
+    problem = dse.load(tmp_path / "inmark.yaml")
+    result = dse.solve(problem, max_jitter="20 ms")
+    prices = [point.objectives["price"] for point in result.front]
+    assert (result.status, len(prices), min(prices)) == ("complete", 10, 104_000)
+    assert dse.verify(result, problem=problem).status == "verified"
