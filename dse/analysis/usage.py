@@ -179,10 +179,10 @@ def _carried_bytes(space: Space, bus: int, number: int, ways: Sequence[Sequence[
 def _part(
     space: Space, bus: int, number: int, way: Sequence[int], view: View, taken: Callable[[Exact], Exact]
 ) -> Exact:
-    """What a bus takes for the message of a connection; `taken` is that for a message of a size.
+    """The share of a bus's load or busy time that a connection has, as `taken` gives it for a message of a size in B.
 
-    In a frame of several each has what its data take, and the one whose message it is all else. Where that is no sum of
-    parts (CAN FD fills up), or some of them may stay on a processor, one of them has it all.
+    In a frame of several connections each has what its data take, and the one whose message it is all else. Where that
+    is no sum of parts (CAN FD fills up), or some of them may stay on a processor, one of them has it all.
     """
     connection = space.connections[number]
     if connection.carried_in is None and not connection.riders:

@@ -156,7 +156,7 @@ def _fits(space: Space, number: int, bus: int, view: View) -> bool:
 
 
 def _room_terms(space: Space, number: int, bus: int) -> tuple[Callable[[View], int], ...]:
-    """What each connection adds to the data of a frame beyond what that holds, as terms of a sum that is at most 0.
+    """Terms in B of which the sum is at most 0 where all connections of a frame fit into it: data less room.
 
     A message that is too long for one frame carries no others, not even of 0 B.
     """

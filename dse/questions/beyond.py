@@ -62,7 +62,7 @@ class _Limit:
 
     @property
     def name(self) -> str:
-        """What is limited, in the words of its statement."""
+        """The limited metric as the requirement names it: one metric, or the kind that stands for several."""
         return self.metrics[0].name if len(self.metrics) == 1 else self.metrics[0].kind
 
 

@@ -65,3 +65,35 @@ threads:
 connections: {ab: {from: a, to: b}, bc: {from: b, to: c}, v: {from: c, to: j}, u: {from: y, to: j}}
 flows: {f: {path: [a, b, c, v, j]}}
 """
+AGAIN = """
+threads:
+  a: {processor: p, period: 30 ms, compute_execution_time: 1 ms, priority: 2}
+  b: {processor: p, dispatch_protocol: aperiodic, compute_execution_time: 1 ms, priority: 2}
+  y: {processor: p, period: 5 ms, compute_execution_time: 2 ms, priority: 1}
+  k: {processor: p, dispatch_protocol: aperiodic, compute_execution_time: 2 ms, priority: 3}
+connections: {ab: {from: a, to: b, latency: 2 ms}, yk: {from: y, to: k}}
+flows: {f: {path: [a, b]}}
+"""
+"""Deferred work comes again while a chain is under way."""
+TURNS = """
+threads:
+  t: {processor: p, period: 100 ms, compute_execution_time: 10 ms, priority: 4}
+  u: {processor: p, period: 500 ms, compute_execution_time: 37 ms, priority: 8}
+  y: {processor: p, dispatch_protocol: aperiodic, compute_execution_time: 9 ms, priority: 2}
+  k: {processor: p, dispatch_protocol: aperiodic, compute_execution_time: 30 ms, priority: 7}
+  s: {processor: p, dispatch_protocol: aperiodic, compute_execution_time: 20 ms, priority: 1}
+  m: {processor: p, dispatch_protocol: aperiodic, compute_execution_time: 5 ms, priority: 6}
+connections: {uy: {from: u, to: y}, yk: {from: y, to: k}, ks: {from: k, to: s}, sm: {from: s, to: m}}
+flows: {f: {path: [t]}}
+"""
+"""What is behind two less urgent threads."""
+IN_TURN = """
+threads:
+  other: {processor: p, period: 500 ms, compute_execution_time: 125 ms, priority: 5}
+  first: {processor: p, period: 50 ms, compute_execution_time: 1 ms, priority: 1}
+  second: {processor: p, dispatch_protocol: aperiodic, compute_execution_time: 16 ms, priority: 4}
+  third: {processor: p, dispatch_protocol: aperiodic, compute_execution_time: 5 ms, priority: 3}
+connections: {one: {from: first, to: second}, two: {from: second, to: third}}
+flows: {f: {path: [first, second, third]}}
+"""
+"""A chain longer than its period."""

@@ -16,7 +16,7 @@ from dse.analysis.scheduling.responses import UNBOUNDED_NS, all_responses, solut
 from dse.analysis.scheduling.waits import Waits
 from dse.analysis.views import View
 from dse.space.model.space import Space
-from tests.helpers.chain_examples import AWAY, EARLY, FORK, FOUR, HEAD, JOIN, SELDOM
+from tests.helpers.chain_examples import AGAIN, AWAY, EARLY, FORK, FOUR, HEAD, IN_TURN, JOIN, SELDOM, TURNS
 from tests.helpers.core_chains import draw, played, problem_of, some_groups
 from tests.helpers.effort import cases
 from tests.helpers.support import space_of
@@ -88,67 +88,16 @@ def test_no_bound_of_a_part_is_above_that_of_the_whole(seed: int) -> None:
             assert known is None or (end is not None and end <= known)
 
 
-AGAIN = """
-dse: 1
-name: deferred work comes again while a chain is under way
-processor_types: {cpu: {cores: 1}}
-processors: {p: {type: cpu}}
-deadlines: none
-threads:
-  a: {processor: p, period: 30 ms, compute_execution_time: 1 ms, priority: 2}
-  b: {processor: p, dispatch_protocol: aperiodic, compute_execution_time: 1 ms, priority: 2}
-  y: {processor: p, period: 5 ms, compute_execution_time: 2 ms, priority: 1}
-  k: {processor: p, dispatch_protocol: aperiodic, compute_execution_time: 2 ms, priority: 3}
-connections: {ab: {from: a, to: b, latency: 2 ms}, yk: {from: y, to: k}}
-flows: {f: {path: [a, b]}}
-objectives: [minimise latency of f]
-"""
-
-TURNS = """
-dse: 1
-name: what is behind two less urgent threads
-processor_types: {cpu: {cores: 1}}
-processors: {p: {type: cpu}}
-deadlines: none
-threads:
-  t: {processor: p, period: 100 ms, compute_execution_time: 10 ms, priority: 4}
-  u: {processor: p, period: 500 ms, compute_execution_time: 37 ms, priority: 8}
-  y: {processor: p, dispatch_protocol: aperiodic, compute_execution_time: 9 ms, priority: 2}
-  k: {processor: p, dispatch_protocol: aperiodic, compute_execution_time: 30 ms, priority: 7}
-  z: {processor: p, dispatch_protocol: aperiodic, compute_execution_time: 20 ms, priority: 1}
-  m: {processor: p, dispatch_protocol: aperiodic, compute_execution_time: 5 ms, priority: 6}
-connections: {uy: {from: u, to: y}, yk: {from: y, to: k}, kz: {from: k, to: z}, zm: {from: z, to: m}}
-flows: {f: {path: [t]}}
-objectives: [minimise latency of f]
-"""
-
-IN_TURN = """
-dse: 1
-name: a chain longer than its period
-processor_types: {cpu: {cores: 1}}
-processors: {p: {type: cpu}}
-deadlines: none
-threads:
-  other: {processor: p, period: 500 ms, compute_execution_time: 125 ms, priority: 5}
-  first: {processor: p, period: 50 ms, compute_execution_time: 1 ms, priority: 1}
-  second: {processor: p, dispatch_protocol: aperiodic, compute_execution_time: 16 ms, priority: 4}
-  third: {processor: p, dispatch_protocol: aperiodic, compute_execution_time: 5 ms, priority: 3}
-connections: {one: {from: first, to: second}, two: {from: second, to: third}}
-flows: {f: {path: [first, second, third]}}
-objectives: [minimise latency of f]
-"""
-
-
 @pytest.mark.parametrize(
     ("text", "latency_ms"),
     [
         (AGAIN, 8),  # 1 + 2 + 1 ms, and k once before each of its threads
-        (TURNS, 47),  # u, or what is behind y: never both, never what is behind z as well
+        (TURNS, 47),  # u, or what is behind y: never both, never what is behind s as well
         (IN_TURN, 147),  # a later job waits at its first thread: 125 + 22 ms
     ],
 )
 def test_threads_behind_less_urgent_ones(text: str, latency_ms: int) -> None:
-    point = dse.solve(dse.loads(text)).front[0]
+    point = dse.solve(dse.loads(HEAD + text)).front[0]
     assert point.objectives["latency of f"] == latency_ms * 10**6
 
 

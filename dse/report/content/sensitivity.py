@@ -176,7 +176,7 @@ def _spaced(item: Data, currency: str) -> str:
 
 
 def _violated_words(side: Data) -> str:
-    """What a margin ends at: ``core 2 of computer`` where the limit of that core is the nearest."""
+    """The words for the requirement that is violated beyond a margin: its metric, or ``core 2 of computer``."""
     name = _metric_of(side["requirement"])
     if (side["thread"] or "").startswith("core "):
         return f"{side['thread']} of {name.removeprefix('utilisation of ')}"

@@ -35,7 +35,7 @@ def lines_chart(
 
 
 def _said(record: Mapping[str, Any]) -> str:
-    """What is said of a point; "" where a line only bends."""
+    """The words that a page shows at a point of a line: series, value and place; empty at a bend without a mark."""
     if not record["mark"]:
         return ""
     of = f"{record['series']}: " if record["series"] else ""

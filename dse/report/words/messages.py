@@ -153,7 +153,7 @@ def _would_do(late: LateMessage) -> str:
 
 
 def _but_late(late: LateMessage) -> str:
-    """What would be late then; "" where nothing would."""
+    """The words for the messages that a change of identifier or priority would make late; empty without any."""
     named = listed(late.makes_late[:MOST_NAMED])
     more = f" and {len(late.makes_late) - MOST_NAMED} more" if len(late.makes_late) > MOST_NAMED else ""
     return f", but then {named}{more} would be late" if late.makes_late else ""

@@ -85,15 +85,17 @@ def longest(cases: Sequence[Preempted | None]) -> Preempted | None:
     if len(cases) == 1:
         return cases[0]
     windows: list[Preempted] = []
+    times: list[Exact] = []
     for case in cases:
-        if case is None or case.response_ns() is None:
-            return case
-        windows += [replace(case, others=()), *case.others]
-    place = 0
-    times = [window.response_ns() or 0 for window in windows]
-    for other, time in enumerate(times):
-        if time > times[place]:
-            place = other
+        for window in () if case is None else (replace(case, others=()), *case.others):
+            time = window.response_ns()
+            if time is None:
+                return window
+            windows.append(window)
+            times.append(time)
+        if case is None:
+            return None
+    place = max(range(len(times)), key=times.__getitem__)
     return replace(windows[place], others=(*windows[:place], *windows[place + 1 :]))
 
 
