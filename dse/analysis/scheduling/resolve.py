@@ -23,7 +23,7 @@ from dse.analysis.messages.stages import (
     message_key,
     message_stage,
 )
-from dse.analysis.rates import NS_PER_S, arrivals, input_room, is_joined, kept_jobs, rate_hz
+from dse.analysis.rates import NS_PER_S, arrivals, input_room, is_joined, kept_jobs, passes_rates_on, rate_hz
 from dse.analysis.scheduling.busy_window import Stream, Task
 from dse.analysis.scheduling.event_models import EventModels
 from dse.analysis.scheduling.model import Entry, Release, Resource, Server, Stage, Stated, System
@@ -166,6 +166,7 @@ def stage_of(space: Space, key: TaskKey, view: View) -> Stage:
     is_on_core = component.processor is not None and at(component.processor, view) is not None
     found = arrivals(component, view)
     pieces = () if component.pieces is None else component.pieces.members
+    joins = part == "thread" and found.by_inputs and is_joined(component, view)
     return Stage(
         key,
         task_name(component, part),
@@ -180,9 +181,10 @@ def stage_of(space: Space, key: TaskKey, view: View) -> Stage:
         _follows(space, component, view) if part == "thread" else None,
         bool(component.section_ns),
         part == "thread" and chained_to(space.components, space.connections, number) is not None,
-        _rooms(space, component, view) if part == "thread" and found.by_inputs and is_joined(component, view) else (),
+        _rooms(space, component, view) if joins else (),
         kept_jobs(space, component, part, view),
         _stated(space, number) if part == "thread" else None,
+        _longest_period_ns(space, number, view) if joins and not found.is_separated else None,
     )
 
 
@@ -194,6 +196,27 @@ def _stated(space: Space, number: int) -> Stated | None:
 def _rooms(space: Space, component: Component, view: View) -> tuple[int | None, ...]:
     """For each trigger of a thread that needs a message of all how many of its messages wait at most."""
     return tuple(input_room(space, component, wire, view) for wire in component.triggers)
+
+
+def _longest_period_ns(space: Space, number: int, view: View) -> int | None:
+    """The longest period of the timers from which messages come to an event-triggered component; None without any."""
+    longest: int | None = None
+    todo, passed = [number], {number}
+    while todo:
+        for wire in space.components[todo.pop()].triggers:
+            sender = space.connections[wire].source
+            if sender is not None and passes_rates_on(space.components[sender], view):
+                todo += {sender} - passed
+                passed.add(sender)
+                continue
+            if sender is not None:
+                period = at(space.components[sender].period_ns, view)
+            else:
+                rate = rate_hz(space, ("delivery", wire), view)
+                period = max(1, NS_PER_S // rate) if rate else None
+            if period is not None:
+                longest = period if longest is None else max(longest, period)
+    return longest
 
 
 def _releases_of(space: Space, key: TaskKey, view: View) -> tuple[Release, ...]:
