@@ -563,6 +563,10 @@ class Reading:
         if used <= NS_PER_S:
             return 0
         longest = quantities.time_range(self.get(name, "compute_execution_time"))[1]
+        known = self.scheduling
+        inside = [job for job in known.jobs if self.executor_of(job[0]) == home]
+        longest -= sum(known.times(job)[1] for job in inside if known.has_turn_before(job[0], name))
+        longest = max(longest, 0)
         sender = self.problem.component(arrival).get("from")
         is_inner = sender is not None and self.problem.section_of[sender] == "threads"
         is_inner = (

@@ -229,11 +229,21 @@ class Scheduling:
         return min((each for each in found if each is not None), default=None)
 
     def _in_rounds(self, job: Job, fellows: Sequence[Job], preempting: Sequence[Any]) -> Fraction | None:
-        """One round that has begun, and one for each job that waits; in each everything in the executor runs once."""
+        """A round for each job that waits, in which everything in the executor runs once, and part of one that runs.
+
+        Of that either the job itself has begun, or all that goes first is yet to come once more.
+        """
         room = self.reading.room(*job)
         if room is None or sum(releases.often * work for releases, work in preempting) >= 1:
             return None
-        work = (room + 1) * sum(self.times(each)[1] for each in [job, *fellows])
+        work = room * sum(self.times(each)[1] for each in [job, *fellows])
+        certain = sum(self.times(each)[1] for each in fellows if self.has_turn_before(each[0], job[0]))
+        unknown = sum(
+            self.times(each)[1]
+            for each in fellows
+            if not self.has_turn_before(each[0], job[0]) and not self.has_turn_before(job[0], each[0])
+        )
+        work += unknown + max(certain, self.times(job)[1])
         return play(Releases(()), work, preempting)
 
     def _known(self, jobs: Sequence[Job]) -> list[tuple[Releases, int]] | None:
@@ -292,6 +302,11 @@ class Scheduling:
         return list(found.values())
 
     # Who goes first
+
+    def has_turn_before(self, other: str, name: str) -> bool:
+        """Whether in a round of an executor that polls one thread goes first by its number: both have one."""
+        one, two = self._turn(other), self._turn(name)
+        return one[0] == two[0] == 0 and one < two
 
     def _goes_first_inside(self, other: Job, job: Job) -> bool:
         if other[0] == job[0]:

@@ -147,6 +147,8 @@ class Entry:
         the longest of these.
     executor, urgent
         the executor that runs it, and which positions of that go first where they wait with it.
+    earlier, later
+        which positions of its executor have priorities that put them before it in a round, and behind it.
     siblings, shares_turn
         the other pieces of its thread here, and whether something may delay it that one of these, or an earlier job of
         it, may delay.
@@ -168,6 +170,8 @@ class Entry:
     reservation: int | None = None
     outside: tuple[int, ...] = ()
     servers: tuple[int, ...] = ()
+    earlier: frozenset[int] = frozenset()
+    later: frozenset[int] = frozenset()
 
     @property
     def blocking_ns(self) -> Exact:

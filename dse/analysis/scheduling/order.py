@@ -13,7 +13,7 @@ from functools import partial, reduce
 from dse.analysis.placement.first_fit import core_of_each
 from dse.analysis.rates import is_event_triggered
 from dse.analysis.scheduling.overheads import section_ns
-from dse.analysis.scheduling.priorities import inner_levels, levels_of, reserved_levels
+from dse.analysis.scheduling.priorities import inner_levels, levels_of, number_of, reserved_levels
 from dse.analysis.scheduling.tasks import TaskKey, alone_ns, task_keys
 from dse.analysis.terms import picked
 from dse.analysis.views import View
@@ -27,7 +27,8 @@ class Turn:
 
     Others may keep the core for `blocked_ns`, the longest section of the
     `blockers`. In an `executor` the tasks of a smaller `level` go first. The `pieces` of
-    one thread never wait for each other. In a `reservation` up to `inner_reach` of all may go before it; what else may
+    one thread never wait for each other. Of those of an executor with a `number` as priority that with the larger one
+    has its turn first in a round. In a `reservation` up to `inner_reach` of all may go before it; what else may
     delays the reservation, as `blocked_ns` does.
     """
 
@@ -41,6 +42,7 @@ class Turn:
     reservation: int | None = None
     inner_reach: int = 0
     blockers: tuple[tuple[TaskKey, int], ...] = ()
+    number: int | None = None
 
     def rivals(self, order: Sequence[Turn]) -> list[int]:
         """The positions of what may delay the task where it runs, which is not a callback's own timer.
@@ -181,7 +183,9 @@ def _of_unit(
     if component.executor is not None:
         inner = _inner(space, numbers, view)
         executor = at(component.executor, view)
-        yield from (Turn(key, before, reach, 0, executor, inner[key], _pieces(space, key)) for key in keys)
+        for key in keys:
+            number = number_of(space.components[key[0]], view)
+            yield Turn(key, before, reach, 0, executor, inner[key], _pieces(space, key), number=number)
     elif component.pieces is not None:
         yield from (Turn(key, before, reach, pieces=_pieces(space, key)) for key in keys)
     else:

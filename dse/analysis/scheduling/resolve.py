@@ -11,6 +11,7 @@ from dataclasses import replace
 from fractions import Fraction
 from functools import partial
 from math import ceil
+from operator import gt, lt
 from typing import TypeAlias
 
 from dse.analysis.binding import transmission_ns
@@ -305,7 +306,17 @@ def _entry_of(turn: Turn, turns: Sequence[Turn]) -> Entry:
         turn.reservation,
         tuple(turn.outside(turns)) if turn.reservation is not None else (),
         tuple(turn.reservations(turns)),
+        _with_number(turn, inside, gt),
+        _with_number(turn, inside, lt),
     )
+
+
+def _with_number(turn: Turn, inside: Sequence[tuple[int, Turn]], compare: Callable[[int, int], bool]) -> frozenset[int]:
+    """The positions of the tasks of an executor whose priority compares so to that of a task of it, both numbers."""
+    own = turn.number
+    if own is None:
+        return frozenset()
+    return frozenset(place for place, other in inside if other.number is not None and compare(other.number, own))
 
 
 def _server_of(space: Space, number: int, member: int, view: View) -> Server:
