@@ -206,9 +206,10 @@ class Scheduling:
         outside = [other for other in here if other not in fellows and self.goes_before(other, job)]
         kind = self.order(job) if executor is None else self.reading.get(executor, "kind")
         first = fellows
+        shares_level = executor is not None and any(self.goes_before(job, other) for other in outside)
         if kind == "priority":
             first = [other for other in fellows if self.goes_before(other, job)]
-        elif kind == "callback_group":
+        elif kind == "callback_group" and not shares_level:
             first = [other for other in fellows if self._goes_first_inside(other, job)]
         rest = [other for other in fellows if other not in first]
         before, shares = self._known([job, *first]), self.shares(job)
@@ -222,9 +223,9 @@ class Scheduling:
             if not has_no_end([*before, *preempting], begun):
                 found.append(play_inside(before, preempting, begun, in_order=kind == "fifo"))
             found.append(self.chains.behind_the_rest(job, first, rest, preempting, in_order=kind == "fifo"))
-        if kind == "polling" and self.releases(job) is not None:
+        if kind == "polling" and not shares_level and self.releases(job) is not None:
             found.append(self._in_rounds(job, fellows, preempting))
-        if kind == "fifo":
+        if kind == "fifo" and not shares_level:
             found.append(self.chains.in_lines(job, fellows, preempting))
         return min((each for each in found if each is not None), default=None)
 
