@@ -186,6 +186,16 @@ class Ledger:
         if decision is not None:
             self.decisions[decision] = replace(self.decisions[decision], home=home)
 
+    def with_use(self, name: str, tree: Tree) -> Tree:
+        """The tree of a figure, which becomes where its decision is met, and what rules mean by its name.
+
+        `name` is that of the decision; a decision without effect in a design is inactive there.
+        """
+        self.settle(self.decision_numbers.get(name), tree)
+        if name in self.references:
+            self.references[name] = replace(self.references[name], tree=tree)
+        return tree
+
     def narrow(self, name: str, only: Callable[[Tree], Tree]) -> None:
         """State that a figure is there in some designs only, in which a decision on it is active, and rules see it."""
         decision = self.decision_numbers.get(name)

@@ -33,9 +33,7 @@ def read(path: Path, options: Mapping[str, Any]) -> Imported:
     reader = _Reader(file, options.get(PUBLISHERS, {}))
     system = reader.system()
     file.check()
-    writer = Writer(file, system, options, "CARET architecture")
-    document = writer.document()
-    return Imported(document, tuple(file.remarks), writer.places, writer.entities())
+    return Writer(file, system, options, "CARET architecture").imported()
 
 
 class _Reader:

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from statistics import mean, stdev
 from typing import Any
 
-from dse.importers.registry import Key
+from dse.importers.registry import Imported, Key
 from dse.importers.registry import Place as Found
 from dse.importers.ros2.yaml_places import LocatedFile, LocatedValue, Names, ros_name
 from dse.support.errors import UsageError
@@ -196,6 +196,10 @@ class Writer:
                 f"MISSING: how often these come from outside, a `rate` each (or --rate): {', '.join(missing)}."[:900]
             )
         return document
+
+    def imported(self) -> Imported:
+        """The document with the remarks on the file, and what its parts are in ROS."""
+        return Imported(self.document(), tuple(self.file.remarks), self.places, self.entities())
 
     def entities(self) -> dict[str, str]:
         """The ROS name of each thread's callback: ``/node@Timer(PERIOD)`` or ``/node@Subscription(/topic)``.

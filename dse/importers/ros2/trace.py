@@ -170,12 +170,14 @@ class Seen:
         self.executors[process, event.fields.get("executor_addr")] = str(event.fields.get("executor_type_name"))
 
     def _callback_group_add_timer(self, event: Event, process: Any) -> None:
-        group = (process, event.fields.get("callback_group_addr"))
-        self.group_of[process, event.fields.get("timer_handle")] = group
+        self._add_to_group(event, process, "timer_handle")
 
     def _callback_group_add_subscription(self, event: Event, process: Any) -> None:
+        self._add_to_group(event, process, "subscription_handle")
+
+    def _add_to_group(self, event: Event, process: Any, handle: str) -> None:
         group = (process, event.fields.get("callback_group_addr"))
-        self.group_of[process, event.fields.get("subscription_handle")] = group
+        self.group_of[process, event.fields.get(handle)] = group
 
     def _callback_start(self, event: Event, process: Any) -> None:
         callback = (process, event.fields.get("callback"))

@@ -24,7 +24,7 @@ from dse.report.words.reasons import exclusion_words
 from dse.space.question.open_cores import is_scheduled
 from dse.space.question.settings import ORIGIN
 from dse.support.units import format_duration, format_number, format_ratio
-from dse.support.units.text import count_words
+from dse.support.units.text import count_words, first_of
 
 DIGITS = 6
 MOST_DECISIONS = 24
@@ -331,8 +331,7 @@ def _tell_designs(say: _Teller, explanation: Explanation) -> None:
 def _decisions(design: Mapping[str, str], names: Sequence[str]) -> str:
     """Some decisions of a design, those that are active; the first of many."""
     texts = [f"{name.removesuffix('.type')} {design[name]}" for name in names if name in design]
-    more = len(texts) - MOST_DECISIONS
-    return ", ".join(texts[:MOST_DECISIONS]) + (f" and {more} more (--json has all)" if more > 0 else "")
+    return first_of(texts, MOST_DECISIONS, " (--json has all)")
 
 
 def _letters(number: int) -> str:

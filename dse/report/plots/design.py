@@ -47,8 +47,8 @@ def waterfall_records(table: FlowTable) -> list[dict[str, Any]]:
             "row": number,
             "label": row.contributor,
             "method": row.max_method if row.max_method in METHODS else "other",
-            "min_ns": _drawn(row.min_ns),
-            "max_ns": _drawn(row.min_ns if is_unbounded(row.max_ns) else row.max_ns),
+            "min_ns": drawn_ns(row.min_ns),
+            "max_ns": drawn_ns(row.min_ns if is_unbounded(row.max_ns) else row.max_ns),
             "text": text,
         }
         short = _name_beside(row.contributor, text)
@@ -56,7 +56,7 @@ def waterfall_records(table: FlowTable) -> list[dict[str, Any]]:
     return records
 
 
-def _drawn(value_ns: Exact) -> int | float:
+def drawn_ns(value_ns: Exact) -> int | float:
     """A time as a length in a drawing, which knows no fractions; its text is exact."""
     return int(value_ns) if value_ns == int(value_ns) else float(value_ns)
 

@@ -237,9 +237,7 @@ def overload_words(analysis: Analysis) -> list[str]:
     for usage in analysis.processors:
         if not usage.capacity:
             continue
-        loads: dict[int, Fraction] = {}
-        for who, core in usage.cores.items():
-            loads[core] = loads.get(core, Fraction(0)) + usage.shares[who]
+        loads = usage.core_loads
         fullest = max(loads, key=lambda core: loads[core], default=None)
         if usage.total > usage.capacity:
             said.append(f"{usage.name} is overloaded: {_share(usage.total)} of {_share(usage.capacity)}.")

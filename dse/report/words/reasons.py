@@ -404,9 +404,13 @@ def extrapolated_words(result: Result) -> str:
         outside = tuple(outside_sizes(result.space, View(point.design)))
         places |= dict.fromkeys(outside)
         ids += [f"#{point.id}"] if outside else []
-    more = [f"{len(ids) - MOST_VARIANTS} more"] if len(ids) > MOST_VARIANTS else []
-    where = listed([*ids[:MOST_VARIANTS], *more]) if len(ids) < len(result.front) else "every design"
+    where = _designs(ids) if len(ids) < len(result.front) else "every design"
     return " ".join(f"In {where} {text}." for text in outside_words(places))
+
+
+def _designs(ids: Sequence[str]) -> str:
+    more = [f"{len(ids) - MOST_VARIANTS} more"] if len(ids) > MOST_VARIANTS else []
+    return listed([*ids[:MOST_VARIANTS], *more])
 
 
 def unused_words(result: Result) -> str:
@@ -417,8 +421,7 @@ def unused_words(result: Result) -> str:
     said = []
     for item in result.unused:
         idle = [f"#{number}" for number in item["points"]]
-        more = [f"{len(idle) - MOST_VARIANTS} more"] if len(idle) > MOST_VARIANTS else []
-        where = listed([*idle[:MOST_VARIANTS], *more]) if len(idle) < len(result.front) else "every design here"
+        where = _designs(idle) if len(idle) < len(result.front) else "every design here"
         choice = f"{item['decision']} = {item['option']}"
         said.append(f"{choice} was fixed, but changes nothing in {where}, where it is not used.")
     return " ".join(said)

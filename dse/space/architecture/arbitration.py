@@ -19,6 +19,7 @@ from dse.spec.schema.frames import CanFdFrame, CanFrame, EthernetFrame
 from dse.spec.schema.hardware import BusType
 from dse.spec.schema.model import Spec
 from dse.support.units import shown
+from dse.support.units.text import first_of
 
 MOST_SHOWN = 3
 
@@ -173,5 +174,4 @@ def _is_on_several(buses: Sequence[Bus], wire: Connection) -> bool:
 
 def _said(what: str, wires: Sequence[Connection]) -> Iterator[str]:
     if wires:
-        more = f" and {len(wires) - MOST_SHOWN} more" if len(wires) > MOST_SHOWN else ""
-        yield f"{what} of {', '.join(wire.name for wire in wires[:MOST_SHOWN])}{more}"
+        yield f"{what} of {first_of([wire.name for wire in wires], MOST_SHOWN)}"

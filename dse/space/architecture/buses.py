@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import replace
 from typing import Any
 
 from dse.space.architecture.carriers import carrying
 from dse.space.architecture.frames import FLEXRAY_MOST, LEAST_MTU, MOST_MTU, frame_of
-from dse.space.architecture.processors import UNKNOWN, decision_of, known_types, read_figures, read_named, read_slot
+from dse.space.architecture.processors import UNKNOWN, known_types, read_figures, read_named, read_slot
 from dse.space.model.space import EMPTY, Bus
 from dse.space.model.trees import FROM_BANDWIDTH, PerProcessorType, Tree, graft, leaves
 from dse.space.properties import FieldReader, Ledger, Owner, Path, per_processor_type, stated, type_choice
@@ -69,10 +68,7 @@ def _bus(ledger: Ledger, spec: Spec, name: str, index: Mapping[str, int]) -> Bus
             ledger.error((*path, "bus"), "only a virtual bus is carried by another bus")
         carrier = read_named(ledger, name, "bus", (*path, "bus"), given.bus, index)
         carrier = type_choice(decision, [None if option == EMPTY else carrier for option in options])
-        ledger.settle(decision_of(ledger, f"{name}.bus"), carrier)
-        reference = ledger.references.get(f"{name}.bus")
-        if reference is not None:
-            ledger.references[reference.name] = replace(reference, tree=carrier)
+        ledger.with_use(f"{name}.bus", carrier)
     figures = read_figures(ledger, owner, spec.totals)
     overhead = graft(overhead, lambda size: size or 0)
     return Bus(

@@ -12,7 +12,7 @@ from dse.importers.aadl.document.hardware import Sheet
 from dse.importers.aadl.document.values import number_text, size_of, speed_mips, time_range
 from dse.importers.aadl.instance.instance import Instance
 from dse.importers.aadl.instance.model import InstanceModel
-from dse.importers.aadl.instance.properties import Found, reference_in
+from dse.importers.aadl.instance.properties import Found
 from dse.importers.registry import Key, Place
 
 HARDWARE = ("bus", "virtual bus", "processor", "virtual processor", "memory", "data")
@@ -107,16 +107,10 @@ class BudgetWriter:
         if count:
             sheet.put("instructions", stated, f"{number_text(count)} IPD")
             return
-        reference = properties.of(item, "Reference_Processor")
-        named = reference_in(reference.value) if reference is not None else None
-        classifier = self.model.library.find(named, reference.package) if named is not None and reference else None
         execution = properties.of(item, "Compute_Execution_Time")
         span = self.model.read(execution, time_range, "Compute_Execution_Time")
-        if classifier is None or span is None:
-            return
-        hardware = self.components.hardware
-        speed = hardware.speed(hardware.standing(self.model.flattener.flat(classifier)))
-        if speed and span.high > 0:
+        speed = self.components.hardware.reference_speed(item)
+        if speed and span is not None and span.high > 0:
             sheet.put("instructions", execution, f"{number_text(span.high * Fraction(speed) / NS_OF_MIPS)} IPD")
 
     def _sizes_used(self, sheet: Sheet, item: Instance) -> None:

@@ -24,7 +24,7 @@ from dse.importers.aadl.instance.flows import EndToEnd, Stop
 from dse.importers.aadl.instance.inheritance import Flat
 from dse.importers.aadl.instance.instance import Instance
 from dse.importers.aadl.instance.model import InstanceModel
-from dse.importers.aadl.instance.properties import Found, reference_in
+from dse.importers.aadl.instance.properties import Found
 from dse.importers.aadl.ours import OURS
 from dse.importers.aadl.syntax.tree import Path
 from dse.importers.registry import STORED_PORTS, Key, Place
@@ -283,13 +283,8 @@ class ComponentWriter:
 
     def _scaled(self, span: Span, component: Instance, type_name: str, flat: Flat | None) -> str:
         """By (MIPS of the reference processor) / (MIPS of the type), in whole ns, pessimistically rounded."""
-        reference = self.model.properties.of(component, "Reference_Processor")
-        named = reference_in(reference.value) if reference is not None else None
-        classifier = self.model.library.find(named, reference.package) if named is not None and reference else None
-        if classifier is None:
-            return span.text
-        own = self.hardware.speed(self.hardware.standing(self.model.flattener.flat(classifier)))
-        there = self.hardware.mips(type_name)
+        own = self.hardware.reference_speed(component)
+        there = self.hardware.mips(type_name) if own else None
         if not own or not there or own == there:
             return span.text
         factor = Fraction(own) / Fraction(there)

@@ -23,7 +23,7 @@ from dse.importers.aadl.document.values import (
 from dse.importers.aadl.instance.inheritance import Flat
 from dse.importers.aadl.instance.instance import Instance
 from dse.importers.aadl.instance.model import CARRIERS, InstanceModel
-from dse.importers.aadl.instance.properties import Found, references_in
+from dse.importers.aadl.instance.properties import Found, reference_in, references_in
 from dse.importers.aadl.ours import OURS
 from dse.importers.aadl.syntax.tree import Listed, Record, Reference, Text
 from dse.importers.registry import Key, Place
@@ -118,6 +118,13 @@ class HardwareWriter:
     def speed(self, component: Instance) -> Any:
         """The speed of a processor in MIPS, or None."""
         return self._stated_speed(component, *SPEEDS)[1]
+
+    def reference_speed(self, component: Instance) -> Any:
+        """The speed in MIPS of the processor for which the execution times of a component are stated, or None."""
+        reference = self.model.properties.of(component, "Reference_Processor")
+        named = reference_in(reference.value) if reference is not None else None
+        classifier = self.model.library.find(named, reference.package) if named is not None and reference else None
+        return None if classifier is None else self.speed(self.standing(self.model.flattener.flat(classifier)))
 
     def _stated_speed(self, component: Instance, *names: tuple[str, str]) -> tuple[Found | None, Any]:
         """The first of these properties that gives a speed, and that in MIPS."""

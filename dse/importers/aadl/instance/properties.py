@@ -173,9 +173,9 @@ class Properties:
             return None if around is None else replace(around, via="inherited")
         return own
 
-    def of_classifier(self, owned: Iterable[Owned], component: Instance, name: str, group: str = "") -> Found | None:
+    def of_classifier(self, owned: Iterable[Owned], component: Instance, name: str) -> Found | None:
         """The property of a classifier that is no component, such as the data type of a port."""
-        own = [item for item in owned if not item.association.applies and _is(item, name.lower(), group.lower())]
+        own = [item for item in owned if not item.association.applies and _is(item, name.lower(), "")]
         return self._first(((item, component, "own") for item in own), component)
 
     # --- which value --------------------------------------------------------------------------------------------
@@ -200,7 +200,7 @@ class Properties:
             last = one
             break
         if not appended:
-            return last and self.evaluated(last, component)
+            return last and replace(last, value=self._evaluated(last.value, last, component, 0))
         chosen = ([last] if last is not None else []) + appended[::-1]
         items = [
             item for one in chosen for item in (one.value.items if isinstance(one.value, Listed) else (one.value,))
@@ -266,11 +266,9 @@ class Properties:
         property_set = self.library.sets.get(group)
         return bool(property_set and name in property_set.definitions and property_set.definitions[name].inherit)
 
-    def evaluated(self, value: Found, component: Instance, steps: int = 0) -> Found:
-        """The value with the constants and properties that it names."""
-        return replace(value, value=self._evaluated(value.value, value, component, steps))
-
     def _evaluated(self, value: Value, association: Found, component: Instance, steps: int) -> Value:
+        """The value with the constants and properties that it names."""
+
         def again(inner: Value) -> Value:
             return self._evaluated(inner, association, component, steps + 1)
 

@@ -90,9 +90,7 @@ def _read_parameters(path: Path, options: Mapping[str, Any]) -> Imported:
         file.wrong(LocatedValue({}, 1, 0), words, "name them: --timers 'fps [Hz], /cam:grab.period_ms [ms]'")
         file.mistakes += list(file.remarks)[:MOST_TOLD]
     file.check()
-    writer = Writer(file, system, options, "parameter file of ROS 2")
-    document = writer.document()
-    return Imported(document, tuple(file.remarks), writer.places, writer.entities())
+    return Writer(file, system, options, "parameter file of ROS 2").imported()
 
 
 def _stated(options: Mapping[str, Any]) -> list[Stated]:

@@ -15,9 +15,8 @@ from dse.report.words.basis import basis_words, scale_words
 from dse.report.words.choice import beyond_words
 from dse.report.words.contention import (
     asks_for_responses,
-    bound_words,
-    overhead_words,
     processing_words,
+    response_time_words,
     waiting_words,
 )
 from dse.report.words.reasons import (
@@ -104,8 +103,7 @@ def _printed_summary(document: Document, screen: Screen) -> Section:
     effort = texts(effort_words(result))
     rules: list[Block] = []
     if result.front and not result.leaves_out_contention:
-        asks = asks_for_responses(result.space)
-        counted = f"{overhead_words(result.space)} {bound_words(result.space)}".rstrip() if asks else ""
+        counted = response_time_words(result.space) if asks_for_responses(result.space) else ""
         rules += texts(processing_words(result.problem.effective), counted)
     if result.front:
         rules += texts(waiting_words(result.space))
