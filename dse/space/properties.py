@@ -13,7 +13,7 @@ from dse.space.model.space import EMPTY, UNKNOWN_TYPE, Decision, Processor, Refe
 from dse.space.model.trees import NOT_OFFERED, Choice, PerCore, PerProcessorType, Tree, graft
 from dse.spec.loading.load import LoadedSpec
 from dse.support.errors import Diagnostic, Suggestion, did_you_mean, in_order
-from dse.support.timelimit import Work
+from dse.support.timelimit import StepCounter
 from dse.support.units import shown
 
 Path: TypeAlias = tuple[str | int, ...]
@@ -57,7 +57,7 @@ class Ledger:
     references: dict[str, Reference] = field(default_factory=dict)
     diagnostics: dict[Diagnostic, None] = field(default_factory=dict)  # each once; there may be very many
     failures: int = 0
-    work: Work = field(default_factory=Work)
+    work: StepCounter = field(default_factory=StepCounter)
     _doubtful: set[str] = field(default_factory=set)
     _doubtful_words: set[str] = field(default_factory=set)
     _doubtful_metrics: set[str] = field(default_factory=set)

@@ -115,7 +115,7 @@ def command(
         raise click.UsageError("only one of --json and --csv can go to standard output")
     check_writable(json_path, csv_path, page_path(report))
     target = folder_of(report, folder)
-    from dse.questions.sensitivity.sensitivity import Settings, sensitivity_asked
+    from dse.questions.sensitivity.sensitivity import StudySettings, sensitivity_asked
 
     live = sys.stderr.isatty()
 
@@ -123,7 +123,7 @@ def command(
         if live:
             rewrite(what)
 
-    settings = Settings(swing, samples, seed, front)
+    settings = StudySettings(swing, samples, seed, front)
     with until(time_limit):
         problem = load_told(file).ask(**question_of(options, objectives_of(minimise, maximise)))
         claim_study(target, problem.name, "sensitivity")

@@ -129,7 +129,7 @@ def counted_words(result: Result) -> tuple[str, str]:
     return said, uncounted_words(result.space) if said else ""
 
 
-class Waiting:
+class WaitingNotes:
     """The verdicts on the designs of a front with waiting for the CPU, where the search left waiting out.
 
     Verdicts of designs come from the result; nothing is analysed again. `known` are those that are no "unknown".

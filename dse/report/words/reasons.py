@@ -11,7 +11,7 @@ from dse.analysis.views import View
 from dse.answers.designs import FurtherDesign, FurtherDesigns, Point
 from dse.answers.ranking.changes import Change
 from dse.answers.ranking.optimality_gap import is_proved
-from dse.answers.ranking.reasons import Comparison, Dominant, Improvement, Reasoner, Reasons, Spared
+from dse.answers.ranking.reasons import Dominant, Improvement, PointDeltas, Reasoner, Reasons, Spared
 from dse.answers.ranking.variants import NEAR
 from dse.answers.result import Result
 from dse.answers.tables.display import counted, readable
@@ -150,13 +150,13 @@ def baseline_words(reasoner: Reasoner) -> str:
     return f"Baseline: {figures_words(result, objectives)}; it {said}."
 
 
-def _compared(label: str, comparison: Comparison, currency: str) -> Sentence:
+def _compared(label: str, comparison: PointDeltas, currency: str) -> Sentence:
     return Sentence(
         label, _comparison_words(comparison, currency), _comparison_words(comparison, currency, FEW_CHANGES)
     )
 
 
-def _comparison_words(comparison: Comparison, currency: str, most: int | None = None) -> str:
+def _comparison_words(comparison: PointDeltas, currency: str, most: int | None = None) -> str:
     """What changes (at `most` so many are named), what gains, what is given up."""
     return f"{changes_words(comparison.changes, most)}. {deltas_words(comparison.deltas, currency)}."
 
@@ -217,7 +217,7 @@ def changes_words(changes: Sequence[Change], most: int | None = None) -> str:
     return f"Changes {'; '.join(_first(chosen, most))}{_tail(follow, most)}"
 
 
-def _variants_words(variants: Sequence[Comparison], currency: str) -> str:
+def _variants_words(variants: Sequence[PointDeltas], currency: str) -> str:
     """``#2 with can0 can_500k (jitter of main 0.144 ms less, price 5 EUR more); #3 with …``; of many the first ones."""
     said = []
     for item in variants[:MOST_VARIANTS]:

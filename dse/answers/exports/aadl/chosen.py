@@ -20,7 +20,7 @@ from dse.answers.exports.aadl.names import (
     written_range,
 )
 from dse.answers.exports.aadl.resized import ResizedPorts
-from dse.importers.aadl.document.problem import Writer
+from dse.importers.aadl.document.problem import ProblemWriter
 from dse.importers.aadl.instance.connections import ConnectionInstance
 from dse.importers.aadl.instance.instance import Instance
 from dse.importers.aadl.instance.model import InstanceModel
@@ -73,7 +73,7 @@ class ChosenModel:
     def __init__(
         self,
         model: InstanceModel,
-        writer: Writer,
+        writer: ProblemWriter,
         base: Side,
         chosen: Side,
         title: str,

@@ -23,7 +23,7 @@ MOST_LOOKED_AT = 4000
 FILE = ExistingPath(dir_okay=False, allow_dash=True)
 
 
-class Alternative(click.ParamType[tuple[str, str]]):
+class AlternativeId(click.ParamType[tuple[str, str]]):
     """A result file and the id of an alternative in it: ``RESULT.json#ID``, or the file alone."""
 
     name = "result"
@@ -37,7 +37,7 @@ class Alternative(click.ParamType[tuple[str, str]]):
 
 
 @click.command("export", cls=GroupedCommand)
-@click.argument("result", metavar="RESULT#ID", type=Alternative())
+@click.argument("result", metavar="RESULT#ID", type=AlternativeId())
 @click.option("--alternative", metavar="ID", help="The id, where RESULT alone is given: the same as RESULT#ID.")
 @click.option(
     "--format", "form", type=click.Choice(FORMATS), default="problem", show_default=True, help="What to write."

@@ -12,7 +12,7 @@ from dse.importers.aadl.document.hardware import Sheet
 from dse.importers.aadl.document.values import number_text, size_of, speed_mips, time_range
 from dse.importers.aadl.instance.instance import Instance
 from dse.importers.aadl.instance.model import InstanceModel
-from dse.importers.aadl.instance.properties import Found
+from dse.importers.aadl.instance.properties import FoundProperty
 from dse.importers.registry import Key, Place
 
 HARDWARE = ("bus", "virtual bus", "processor", "virtual processor", "memory", "data")
@@ -73,7 +73,7 @@ class BudgetWriter:
             self.places["memories", self._name(item)] = item.place
         return sheet.result()
 
-    def _size(self, sheet: Sheet, field: str, value: Found | None, name: str) -> None:
+    def _size(self, sheet: Sheet, field: str, value: FoundProperty | None, name: str) -> None:
         span = self.model.read(value, size_of, name)
         sheet.put(field, value, span.text if span is not None and span.high > 0 else None)
 
@@ -127,7 +127,7 @@ class BudgetWriter:
         code, used = self._first_size(item, "Code_Size")
         sheet.put("rom_used", code, f"{number_text(Fraction(-(-used // 1)))} B" if used else None)
 
-    def _first_size(self, item: Instance, name: str) -> tuple[Found | None, Fraction]:
+    def _first_size(self, item: Instance, name: str) -> tuple[FoundProperty | None, Fraction]:
         """A size in bytes, as stated of the component or of its source text."""
         for one in (name, f"Source_{name}"):
             value = self.model.properties.of(item, one)

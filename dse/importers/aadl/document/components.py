@@ -24,7 +24,7 @@ from dse.importers.aadl.instance.flows import EndToEnd, Stop
 from dse.importers.aadl.instance.inheritance import Flat
 from dse.importers.aadl.instance.instance import Instance
 from dse.importers.aadl.instance.model import InstanceModel
-from dse.importers.aadl.instance.properties import Found
+from dse.importers.aadl.instance.properties import FoundProperty
 from dse.importers.aadl.ours import OURS
 from dse.importers.aadl.syntax.tree import Path
 from dse.importers.registry import STORED_PORTS, Key, Place
@@ -149,7 +149,7 @@ class ComponentWriter:
         if parameters:
             sheet.fields["parameters"] = parameters
 
-    def _parameter(self, stated: Mapping[str, Found | None]) -> dict[str, str]:
+    def _parameter(self, stated: Mapping[str, FoundProperty | None]) -> dict[str, str]:
         """The range and the value of a parameter, as far as both are numbers and the value is within the range."""
         unit = self.model.read(stated["Measurement_Unit"], text_of, "Measurement_Unit") or ""
         unit = unit if _UNIT.fullmatch(unit) else ""
@@ -257,7 +257,7 @@ class ComponentWriter:
             self.model.library.remark(text, component.place, about=component.title)
         return scaled
 
-    def _stated(self, component: Instance, name: str, group: str) -> list[Found]:
+    def _stated(self, component: Instance, name: str, group: str) -> list[FoundProperty]:
         """The values on the processor types of the problem."""
         flats = self.hardware.type_flats.values()
         values = [self.model.properties.of(component, name, group, flat) for flat in flats]
@@ -300,7 +300,7 @@ class ComponentWriter:
                 self._latencies[component] = span.text
                 return
 
-    def _specified(self, stop: Stop) -> tuple[Found | None, Span | None]:
+    def _specified(self, stop: Stop) -> tuple[FoundProperty | None, Span | None]:
         """The Latency of the flow specification of a stop, else of the component."""
         properties, latency = self.model.properties, None
         if stop.spec is not None:

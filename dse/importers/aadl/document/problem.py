@@ -28,7 +28,7 @@ PROFILE = "osate-2.19"
 WORKING = ("thread", "device")
 
 
-class Writer:
+class ProblemWriter:
     """Makes the document of one model; `places` tell where its values stand."""
 
     def __init__(self, model: InstanceModel, path: FilePath, options: Mapping[str, Any]) -> None:

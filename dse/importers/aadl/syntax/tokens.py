@@ -41,7 +41,7 @@ class Token:
     offset: int
 
 
-class Text:
+class SourceText:
     """The text of one AADL file, with the places of its offsets."""
 
     def __init__(self, file: str, text: str) -> None:

@@ -19,7 +19,7 @@ from dse.importers.aadl.syntax.tree import (
     Record,
     Reference,
     Referred,
-    Text,
+    StringLiteral,
     Value,
     Word,
 )
@@ -122,7 +122,7 @@ def _operand(cursor: Cursor) -> Value:
         return _number(cursor)
     if token.kind == "string":
         cursor.take()
-        return Text(_text_within(token.text[1:-1]), place)
+        return StringLiteral(_text_within(token.text[1:-1]), place)
     if token.key in ("true", "false"):
         cursor.take()
         return Word("", token.key, False, place)

@@ -14,7 +14,7 @@ from pathlib import Path
 
 from dse.importers.allowance import TooMuchError, spend, too_much
 from dse.importers.ros2.launch.entities import Entity, problem, read_xml, read_yaml
-from dse.importers.ros2.launch.parameters import Parameter, ParameterFile
+from dse.importers.ros2.launch.parameters import NodeParameter, ParameterFile
 from dse.importers.ros2.launch.substitutions import IN_PYTHON, SHOWN, Context, NotStaticError, is_so, resolve
 from dse.importers.ros2.packages import Packages
 from dse.support.errors import Diagnostic, ProblemError, did_you_mean
@@ -49,7 +49,7 @@ class Started:
     package: str
     executable: str
     remaps: list[tuple[str, str]]
-    parameters: list[Parameter]
+    parameters: list[NodeParameter]
     container: str = ""
     arguments: str = ""
 
@@ -60,7 +60,7 @@ class Scope:
 
     namespace: str = "/"
     remaps: tuple[tuple[str, str], ...] = ()
-    parameters: tuple[Parameter, ...] = ()
+    parameters: tuple[NodeParameter, ...] = ()
 
 
 @dataclass
@@ -328,9 +328,11 @@ class Launch:
             self.tell(context, action.line, words, HINTS.get(_reason(error), ""))
             return ""
 
-    def _parameters(self, items: Sequence[Entity], context: Context, node: str, prefix: str = "") -> list[Parameter]:
+    def _parameters(
+        self, items: Sequence[Entity], context: Context, node: str, prefix: str = ""
+    ) -> list[NodeParameter]:
         """Parameters in the order in which they count; those of files as far as they concern the node."""
-        parameters: list[Parameter] = []
+        parameters: list[NodeParameter] = []
         for item in items:
             try:
                 parameters += self._parameter(item, context, node, prefix)
@@ -340,7 +342,7 @@ class Launch:
                 self.tell(context, item.line, words, HINTS.get(_reason(error), ""))
         return parameters
 
-    def _parameter(self, item: Entity, context: Context, node: str, prefix: str) -> list[Parameter]:
+    def _parameter(self, item: Entity, context: Context, node: str, prefix: str) -> list[NodeParameter]:
         if not self._holds(item, context):
             return []
         if "from" in item.texts:
@@ -352,7 +354,7 @@ class Launch:
         nested = list(item.of("param"))
         if nested:
             return self._parameters(nested, context, node, f"{name}.")
-        return [Parameter(name, resolve(item.text("value"), context).strip(), str(context.file), item.line)]
+        return [NodeParameter(name, resolve(item.text("value"), context).strip(), str(context.file), item.line)]
 
     def _parameter_file(self, path: Path, context: Context, line: int) -> ParameterFile | None:
         if path not in self.parameter_files:

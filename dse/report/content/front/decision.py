@@ -20,7 +20,7 @@ from dse.answers.contention_verdicts import Broken
 from dse.answers.designs import Point
 from dse.answers.ranking.reasons import Margin
 from dse.answers.tables.display import counted, display_unit, readable
-from dse.report.content.front.document import Alternative
+from dse.report.content.front.document import AlternativePage
 from dse.report.content.front.first_screen import Screen
 from dse.report.page import Text
 from dse.report.plots.design import drawn_ns
@@ -148,7 +148,7 @@ def _figures(screen: Screen, point: Point | Beyond) -> Iterator[tuple[str, str]]
         yield short[info.name], counted(point.objectives[info.name], info.unit, screen.currency)
 
 
-def designs_data(screen: Screen, alternatives: Sequence[Alternative]) -> dict[str, Any]:
+def designs_data(screen: Screen, alternatives: Sequence[AlternativePage]) -> dict[str, Any]:
     """The data by which the page compares, filters and ranks designs.
 
     ``kinds`` has the points of each kind; ``designs`` by id: ``name``, ``kind``, ``limits`` as [name, share of the
@@ -186,7 +186,7 @@ def _beyond_record(screen: Screen) -> dict[str, Any] | None:
     return drawn_figures(screen.result, item.objectives)
 
 
-def _bound(screen: Screen, name: str, unit: str, alternatives: Sequence[Alternative]) -> dict[str, Any] | None:
+def _bound(screen: Screen, name: str, unit: str, alternatives: Sequence[AlternativePage]) -> dict[str, Any] | None:
     """The tightest limit on an objective: as a number in the unit shown, as text, and whether it is an upper one."""
     margins = [m for m in alternatives[0].margins if m.requirement.metric.name == name and not m.thread]
     if not margins or margins[0].requirement.implied:
@@ -216,7 +216,7 @@ def steps(screen: Screen) -> list[tuple[str, str]]:
     return commands
 
 
-def _design(screen: Screen, item: Alternative, kind: int) -> dict[str, Any]:
+def _design(screen: Screen, item: AlternativePage, kind: int) -> dict[str, Any]:
     nearest: dict[tuple[str, str, bool], Margin] = {}
     for margin in item.margins:
         if margin.limit and margin.value and not margin.requirement.implied:

@@ -99,7 +99,7 @@ class OthersPart:
 
 
 @dataclass(frozen=True)
-class Alternative:
+class AlternativePage:
     """Everything that is shown about one point of the front."""
 
     point: Point
@@ -125,7 +125,7 @@ class Alternative:
 class Document:
     """A result, ready to be set: built once, asked by the writers.
 
-    Parts are computed when they are first asked for and kept; `Alternative` objects are shared by the HTML page,
+    Parts are computed when they are first asked for and kept; `AlternativePage` objects are shared by the HTML page,
     Markdown and the terminal.
     """
 
@@ -133,7 +133,7 @@ class Document:
         self.result = result
         self.space: Space = result.space
         self.reasoner = Reasoner(result)
-        self._known: dict[int, Alternative] = {}
+        self._known: dict[int, AlternativePage] = {}
 
     @property
     def title(self) -> str:
@@ -184,11 +184,11 @@ class Document:
         return feasible_designs(self.result)
 
     @cached_property
-    def alternatives(self) -> tuple[Alternative, ...]:
+    def alternatives(self) -> tuple[AlternativePage, ...]:
         """Every point of the front, in the order of rank."""
         return tuple(map(self.alternative, self.result.front))
 
-    def alternative(self, point: Point) -> Alternative:
+    def alternative(self, point: Point) -> AlternativePage:
         """Everything that is said about a point of the front.
 
         Computed on the first call for a point: one analysis of the design, its reasons, tables and warnings.
@@ -355,11 +355,11 @@ class Document:
             (info.name, counted(values[info.name], info.unit, self.space.currency)) for info in self.result.objectives
         ]
 
-    def _alternative(self, number: int) -> Alternative:
+    def _alternative(self, number: int) -> AlternativePage:
         look_at_the_clock()
         reasons = self.reasoner.reasons(number)
         analysis = reasons.analysis
-        return Alternative(
+        return AlternativePage(
             point=reasons.point,
             analysis=analysis,
             rank=rank_text(self.result, reasons.point.rank),

@@ -27,7 +27,7 @@ from dse.report.words.choice import (
 )
 from dse.report.words.contention import waits_in_flows
 from dse.report.words.headline import (
-    Waiting,
+    WaitingNotes,
     counted_words,
     found_words,
     overload_words,
@@ -95,7 +95,7 @@ class Screen:
         self.document, self.result, self.has_time = document, document.result, has_time
         self.kinds = kinds_of(self.result)
         self.names = Names(self.result, self.kinds)
-        self.waiting = Waiting(self.result)
+        self.waiting = WaitingNotes(self.result)
         self.currency = self.result.space.currency
         self.is_one_kind = len(self.kinds.kinds) == 1
         every = self.kinds.kinds
