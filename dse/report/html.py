@@ -21,9 +21,9 @@ from markupsafe import Markup, escape
 
 from dse.answers.drawing.picture import STYLE, Drafter
 from dse.answers.tables.display import display_unit
-from dse.report.content.front.decide import decide_data, further_metrics, insist_choices
 from dse.report.content.front.decision import banner, beyond_card, cards, designs_data, steps
 from dse.report.content.front.document import AlternativePage, Document
+from dse.report.content.front.filters import decide_data, further_metrics, insist_choices
 from dse.report.content.front.first_screen import Screen
 from dse.report.page import Page, Section
 from dse.report.plots.canvas import STYLE as PLOT_STYLE

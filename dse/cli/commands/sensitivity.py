@@ -23,7 +23,7 @@ from dse.cli.common import (
 )
 from dse.cli.options import OrderedCommand, objective_options, objectives_of, question_of, question_options
 from dse.cli.pages import page_path, write_page
-from dse.cli.saying import rewrite
+from dse.cli.printing import rewrite
 from dse.cli.study_files import claim_study, folder_of, study_report_options, write_study
 from dse.support.timelimit import TimeLimit, until
 

@@ -31,9 +31,9 @@ from dse.cli.options import (
     ranking_options,
 )
 from dse.cli.pages import in_what_is_left, page_path, print_front
-from dse.cli.saying import rewrite, tell
+from dse.cli.printing import rewrite, tell
+from dse.cli.progress import Reporter
 from dse.cli.study_files import folder_of, study_report_options
-from dse.cli.working import Reporter
 from dse.support.errors import EXIT_INCOMPLETE, about
 from dse.support.files.writing import is_stream, write_files
 from dse.support.timelimit import TimeLimit, until

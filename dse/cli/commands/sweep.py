@@ -23,9 +23,9 @@ from dse.cli.common import (
 )
 from dse.cli.options import OrderedCommand, objective_options, objectives_of, question_of, question_options
 from dse.cli.pages import page_path, write_page
-from dse.cli.saying import tell
+from dse.cli.printing import tell
+from dse.cli.progress import Reporter
 from dse.cli.study_files import claim_study, folder_of, study_report_options, write_study
-from dse.cli.working import Reporter
 from dse.support.files.guard import claim
 from dse.support.files.writing import is_stream
 from dse.support.timelimit import TimeLimit, until

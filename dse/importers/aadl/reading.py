@@ -16,7 +16,7 @@ from dse.importers.aadl.document.implementations import (
 )
 from dse.importers.aadl.document.problem import ProblemWriter
 from dse.importers.aadl.instance.model import InstanceModel, read_model
-from dse.importers.aadl.instance.unread import tell
+from dse.importers.aadl.instance.unread_properties import tell
 from dse.importers.aadl.syntax.tokens import finding
 from dse.importers.allowance import allowed, at
 from dse.importers.registry import CHOICES, Imported, Key, Place

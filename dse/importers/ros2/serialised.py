@@ -25,12 +25,12 @@ NOTHING = "structure_needs_at_least_one_member"
 MOST_PLACES = 10_000
 """The most strings and sequences that a message has, with those of the messages in it."""
 Node: TypeAlias = Any
-"""A type as rosbags has it: (BASE, (name, bound)), (NAME, name), (ARRAY or SEQUENCE, (node, count)); see `WireType`."""
+"""A type as rosbags has it: (BASE, (name, bound)), (NAME, name), (ARRAY or SEQUENCE, (node, count)); by `FieldType`."""
 Fields: TypeAlias = Mapping[str, Sequence[tuple[str, Node]]]
 """The fields of each type: every type that one of them names is there, and none contains itself."""
 
 
-class WireType(IntEnum):
+class FieldType(IntEnum):
     """The kind of a node in a message type; the numbers are those of rosbags."""
 
     BASE = 1
@@ -75,17 +75,17 @@ class WireLayout:
 
     def _lengths_of(self, node: Node, path: str, within: tuple[str, ...]) -> list[Length]:
         kind, what = node
-        if kind == WireType.NAME:
+        if kind == FieldType.NAME:
             return [
                 Length(f"{path}.{item.path}", item.bound, (*within, *(f"{path}.{above}" for above in item.within)))
                 for item in self.lengths(what)
             ]
-        if kind == WireType.BASE:
+        if kind == FieldType.BASE:
             return [Length(path, what[1], within)] if what[0] == TEXT else []
         inner, bound = what
-        is_sequence = kind == WireType.SEQUENCE
+        is_sequence = kind == FieldType.SEQUENCE
         own = [Length(path, bound, within)] if is_sequence else []
-        place = path if inner[0] == WireType.NAME else f"{path}[]"
+        place = path if inner[0] == FieldType.NAME else f"{path}[]"
         return own + self._lengths_of(inner, place, (*within, path) if is_sequence else within)
 
     def unstated(self, name: str, lengths: Mapping[str, int]) -> list[str]:
@@ -137,16 +137,16 @@ class _Size:
 
     def _end(self, node: Node, at: int, path: str) -> int:
         kind, what = node
-        if kind == WireType.NAME:
+        if kind == FieldType.NAME:
             return self._message(what, at, f"{path}.")
-        if kind == WireType.BASE:
+        if kind == FieldType.BASE:
             if what[0] != TEXT:
                 return self._aligned(at, WIDTHS[what[0]]) + WIDTHS[what[0]]
             return self._aligned(at, 4) + 4 + self._count(path, what[1]) + (not self.layout.is_ros1)
         inner, count = what
-        if kind == WireType.SEQUENCE:
+        if kind == FieldType.SEQUENCE:
             at, count = self._aligned(at, 4) + 4, self._count(path, count)
-        return self._repeated(inner, count, at, path if inner[0] == WireType.NAME else f"{path}[]")
+        return self._repeated(inner, count, at, path if inner[0] == FieldType.NAME else f"{path}[]")
 
     def _count(self, path: str, bound: int) -> int:
         return self.lengths.get(path, bound if self.largest else 0)

@@ -17,8 +17,8 @@ from dse.analysis.views import View
 from dse.answers.analysis import analyse_design
 from dse.answers.designs import FurtherDesign, Point
 from dse.answers.drawing.picture import Drafter
-from dse.answers.exports.aadl.chosen import ChosenModel, Side
-from dse.answers.exports.aadl.whole import WholeModel
+from dse.answers.exports.aadl.extension import ChosenModel, Side
+from dse.answers.exports.aadl.model import WholeModel
 from dse.answers.exports.cie import cie_configuration
 from dse.answers.exports.dbc import can_database
 from dse.answers.exports.formats import graphml, graphviz, pinning_table, ros2_parameters

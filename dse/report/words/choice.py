@@ -22,7 +22,7 @@ from dse.support.units import is_unbounded
 from dse.support.units.text import first_of
 
 if TYPE_CHECKING:
-    from dse.questions.beyond import Beyond
+    from dse.questions.beyond_limit import Beyond
     from dse.questions.question import HasDecisions
 
 CLOSE = Fraction(1, 100)

@@ -25,7 +25,7 @@ from dse.importers.aadl.instance.inheritance import Flat
 from dse.importers.aadl.instance.instance import Instance
 from dse.importers.aadl.instance.model import InstanceModel
 from dse.importers.aadl.instance.properties import FoundProperty
-from dse.importers.aadl.ours import OURS
+from dse.importers.aadl.property_set import OURS
 from dse.importers.aadl.syntax.tree import Path
 from dse.importers.registry import STORED_PORTS, Key, Place
 

@@ -25,7 +25,7 @@ from dse.importers.aadl.instance.flows import EndToEnd
 from dse.importers.aadl.instance.instance import Instance
 from dse.importers.aadl.instance.model import InstanceModel
 from dse.importers.aadl.instance.properties import FoundProperty, paths_in
-from dse.importers.aadl.ours import OURS
+from dse.importers.aadl.property_set import OURS
 from dse.importers.aadl.syntax.predeclared import DATA_RATE_UNITS
 from dse.importers.aadl.syntax.tree import Number, Path, Range, Record, Word, without_places
 from dse.importers.registry import Key, Place

@@ -24,7 +24,7 @@ from dse.importers.aadl.instance.inheritance import Flat
 from dse.importers.aadl.instance.instance import Instance
 from dse.importers.aadl.instance.model import CARRIERS, InstanceModel
 from dse.importers.aadl.instance.properties import FoundProperty, reference_in, references_in
-from dse.importers.aadl.ours import OURS
+from dse.importers.aadl.property_set import OURS
 from dse.importers.aadl.syntax.tree import Listed, Record, Reference, StringLiteral
 from dse.importers.registry import Key, Place
 

@@ -21,7 +21,7 @@ from dse.importers.aadl.instance.connections import ConnectionInstance
 from dse.importers.aadl.instance.flows import EndToEnd, Stop, UnreadFlow, grouped
 from dse.importers.aadl.instance.instance import Instance
 from dse.importers.aadl.instance.model import InstanceModel, libraries
-from dse.importers.aadl.ours import OURS
+from dse.importers.aadl.property_set import OURS
 from dse.importers.registry import Key, Place
 
 PROFILE = "osate-2.19"

@@ -15,7 +15,7 @@ from dse.importers.aadl.instance.inheritance import Flat, Flattener
 from dse.importers.aadl.instance.instance import Instance, Instantiator
 from dse.importers.aadl.instance.library import Library, load_library
 from dse.importers.aadl.instance.properties import FoundProperty, Properties, paths_in
-from dse.importers.aadl.ours import OURS
+from dse.importers.aadl.property_set import OURS
 from dse.importers.aadl.syntax.tokens import finding
 from dse.importers.aadl.syntax.tree import Classifier, Number, Path, Reference
 from dse.importers.registry import Place

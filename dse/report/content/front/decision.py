@@ -33,7 +33,7 @@ from dse.space.model.metric_kinds import flows_in
 from dse.support.units import Exact, format_duration, is_unbounded
 
 if TYPE_CHECKING:
-    from dse.questions.beyond import Beyond
+    from dse.questions.beyond_limit import Beyond
 
 CAUSES = ("sampling", "execution", "waiting for the CPU", "middleware", "buses", "devices", "waiting for input")
 """What a latency consists of, in the order of its bar."""

@@ -20,7 +20,7 @@ from dse.answers.result import Result, decisions_of
 from dse.answers.tables.display import counted
 from dse.report.content.analyse import flow_table, metric_table, tightest_limits, usage_tables, verdict_table
 from dse.report.content.explain import conflict_blocks
-from dse.report.content.front.decide import insisting_section
+from dse.report.content.front.filters import insisting_section
 from dse.report.page import NOTHING, Block, Section, Table
 from dse.report.plots.deadlines import deadline_records
 from dse.report.plots.design import usage_records, waterfall_records
@@ -64,7 +64,7 @@ from dse.support.units.text import count_words
 from dse.support.version import __version__
 
 if TYPE_CHECKING:
-    from dse.questions.beyond import Beyond
+    from dse.questions.beyond_limit import Beyond
     from dse.questions.verbs.feasible_designs import Feasible
 
 BEYOND_S = 5.0
@@ -166,7 +166,7 @@ class Document:
 
         None where there is none, or where it was not proved in time.
         """
-        from dse.questions.beyond import beyond  # the solver, which a page without a front does not need
+        from dse.questions.beyond_limit import beyond  # the solver, which a page without a front does not need
 
         seconds = min(BEYOND_S, in_force().left_s / 2)
         return beyond(self.result, TimeLimit.after(seconds)) if seconds > 0 else None

@@ -10,8 +10,8 @@ from dse.answers.ranking.changes import counted_changes
 from dse.answers.ranking.kinds import Kind, kinds_of
 from dse.answers.result import Result
 from dse.answers.tables.display import column, titled
-from dse.report.content.front.decide import insisting_section
 from dse.report.content.front.document import Document, OthersPart
+from dse.report.content.front.filters import insisting_section
 from dse.report.page import NOTHING, Block, Page, Section, Table, Text, labelled, texts
 from dse.report.words.basis import scale_of, scale_words
 from dse.report.words.choice import (

@@ -7,8 +7,8 @@ from dataclasses import replace
 
 from dse.answers.designs import Point
 from dse.answers.result import Result
-from dse.report.content.front.decide import insisting_section
 from dse.report.content.front.document import AlternativePage, Document
+from dse.report.content.front.filters import insisting_section
 from dse.report.content.front.first_screen import TOP, Screen, further_blocks
 from dse.report.page import Block, Page, Section, Text, labelled, listing, texts
 from dse.report.words.basis import basis_words, scale_words

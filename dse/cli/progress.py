@@ -9,7 +9,7 @@ import threading
 import time
 from typing import Self
 
-from dse.cli.saying import rewrite, tell
+from dse.cli.printing import rewrite, tell
 
 STEP_S = 0.2
 """How often the line is written."""

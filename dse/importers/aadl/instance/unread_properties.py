@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from dse.importers.aadl.instance.model import InstanceModel
 from dse.importers.aadl.instance.properties import OwnedProperty
-from dse.importers.aadl.ours import OURS
+from dse.importers.aadl.property_set import OURS
 from dse.importers.aadl.syntax.predeclared import STANDARD
 from dse.importers.aadl.syntax.tree import Listed, Value, Word
 
