@@ -24,7 +24,7 @@ from dse.support.units import format_duration, format_rate, shown
 from dse.support.units.text import first_of
 
 SHOWN = 3
-"""Threads, and inputs of a thread, are named up to so many."""
+"""The greatest number of threads, and of inputs of a thread, that are named."""
 
 
 def unsaid_joins(space: Space) -> Iterator[str]:

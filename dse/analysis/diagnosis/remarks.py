@@ -47,9 +47,9 @@ from dse.support.units.text import first_of
 MANY_CASES = 10_000
 """Bounds of figures that depend on more combinations of options than this are not looked for."""
 SHOWN = 3
-"""Contributions that contradict themselves are named up to so many."""
+"""The greatest number of contributions with a minimum above the maximum that are named."""
 MOST_NAMED = 20
-"""Threads without an execution time are named up to so many."""
+"""The greatest number of threads without an execution time that are named."""
 TELLING = Fraction(101, 100)
 """By what factor a bus must be busier than its load says for a remark."""
 
@@ -364,7 +364,7 @@ def _percent(ppm: Fraction) -> str:
 
 
 SHOWN_OF_KNOWN_SIZES = 4
-"""Messages are named up to so many."""
+"""The greatest number of messages that are named."""
 
 
 class Outside(NamedTuple):

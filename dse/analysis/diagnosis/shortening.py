@@ -110,7 +110,7 @@ class Trials:
         return Shortenable("job", *key, told_name(self.space, key), 0 if stage is None else int(stage.worst_ns) - 1)
 
     def shortened(self, item: Shortenable, by_ns: int) -> System:
-        """The system with a candidate that takes so much less, whose threads stay where they are.
+        """The system with a candidate that takes `by_ns` less; threads keep their cores.
 
         A new `System`; `by_ns` is at most `Shortenable.most_ns`.
         """

@@ -152,7 +152,7 @@ class _Size:
         return self.lengths.get(path, bound if self.largest else 0)
 
     def _repeated(self, node: Node, count: int, at: int, path: str) -> int:
-        """Where the last of so many ends: from where one begins as another did, everything comes again."""
+        """The end of the last of `count` elements: from where one begins as another did, everything comes again."""
         begun: dict[int, tuple[int, int]] = {}
         for number in range(count):
             if at % WIDEST in begun:

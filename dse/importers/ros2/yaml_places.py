@@ -15,7 +15,7 @@ from dse.support.timelimit import StepCounter
 MOST_BYTES = 64_000_000
 DEEPEST = 40
 MOST_VALUES = 1_000_000
-"""A file has at most so many values."""
+"""The greatest number of values in a file."""
 NULL = "tag:yaml.org,2002:null"
 NULLS = ("", "~", "null", "Null", "NULL")
 

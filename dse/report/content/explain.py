@@ -345,7 +345,7 @@ def _letters(number: int) -> str:
 
 
 def _of_core(who: str) -> str:
-    """Of what a thread needs so much; a core needs it of itself."""
+    """The words "of one core" behind what a thread needs; empty for what a core needs of itself."""
     return "" if who == FULLEST or who.startswith("core ") else " of one core"
 
 

@@ -136,7 +136,7 @@ def _range(low: Fraction, high: Fraction, unit: str, currency: str = "EUR") -> s
 
 
 def _margin(item: Kept, at: int, currency: str) -> str:
-    """The slack; of a share also what it is of, where that is not the stated limit but so much of several cores."""
+    """The slack; of a share also what it is a share of, where that is the capacity of several cores."""
     slack, value = item.slacks[at], item.values[at]
     if is_unbounded(slack):
         return "-"

@@ -157,7 +157,7 @@ def _compared(label: str, comparison: PointDeltas, currency: str) -> Sentence:
 
 
 def _comparison_words(comparison: PointDeltas, currency: str, most: int | None = None) -> str:
-    """What changes (at `most` so many are named), what gains, what is given up."""
+    """The changes (at most `most` of them), the gains and the losses."""
     return f"{changes_words(comparison.changes, most)}. {deltas_words(comparison.deltas, currency)}."
 
 

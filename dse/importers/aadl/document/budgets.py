@@ -22,7 +22,7 @@ HOLDING = ("memory", "system", "processor", "virtual processor", "abstract")
 SIZES = (("size", "Memory_Size", ""), ("ram", "RAMCapacity", "SEI"), ("rom", "ROMCapacity", "SEI"))
 BUDGETS = (("ram", "RAMBudget"), ("rom", "ROMBudget"))
 NS_OF_MIPS = 1000
-"""A MIPS is one instruction in so many ns."""
+"""Nanoseconds that an instruction takes at 1 MIPS."""
 
 
 class BudgetWriter:
