@@ -1,4 +1,4 @@
-"""What each design of a front keeps when response times count, where the front itself leaves them out."""
+"""Verdicts on each design of a front with response times, where the front itself leaves them out."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What commands share: the options of a question, files in and out, the console."""
+"""Parts of all commands: the options of a question, files in and out, the console."""
 
 from __future__ import annotations
 

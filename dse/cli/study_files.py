@@ -1,4 +1,4 @@
-"""What commands share about studies: their files, and the report of one."""
+"""Files and reports of studies, for all commands that make or read one."""
 
 from __future__ import annotations
 

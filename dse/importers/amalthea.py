@@ -34,7 +34,7 @@ RATES_HZ = {"Hz": 1, "kHz": 10**3, "KHz": 10**3, "MHz": 10**6, "GHz": 10**9}
 BITS = {"bit": 1, "kbit": 10**3, "Mbit": 10**6, "Kibit": 2**10, "Mibit": 2**20}
 BITS |= {"B": 8, "kB": 8 * 10**3, "MB": 8 * 10**6, "KiB": 2**13, "MiB": 2**23}
 NEEDS = ("Ticks", "ExecutionNeed", "RunnableInstructions")
-"""What of a runnable takes time."""
+"""Elements of a runnable that take time."""
 SWITCHES = ("ModeSwitch", "ProbabilitySwitch", "RunnableModeSwitch", "RunnableProbabilitySwitch")
 DEEPEST = 300
 """How deep runnables may call each other, with the groups and branches around each call."""

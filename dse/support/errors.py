@@ -1,4 +1,4 @@
-"""What can go wrong, in the user's words: diagnostics, and the exceptions that carry them.
+"""Mistakes in the user's words: diagnostics, and the exceptions that carry them.
 
 Every exception knows the exit code that the command line answers with.
 """

@@ -1,4 +1,4 @@
-"""What a drawing of an architecture shows: areas of components, links between them, uses of physical buses."""
+"""The parts of a drawing of an architecture: areas of components, links between them, uses of physical buses."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What stands in the boxes of a drawing: activation, place and types, with open decisions as ranges of options."""
+"""Texts in the boxes of a drawing: activation, place and types, with open decisions as ranges of options."""
 
 from __future__ import annotations
 

@@ -19,7 +19,7 @@ from dse.answers.result import Result
 from dse.support.units import is_unbounded
 
 OF_RANGE = Fraction(1, 10)
-"""What the minor decisions of a kind may move an objective by, as a share of its range on the front."""
+"""The change of an objective by the minor decisions of a kind, as a share of its range on the front."""
 OF_VALUE = Fraction(1, 10)
 """What they may move an objective by, as a share of its value."""
 ARRANGED = ("core", "priority", "offset")

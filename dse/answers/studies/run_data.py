@@ -1,4 +1,4 @@
-"""What a run of a sweep finds, as plain data: as the store keeps it, and as it is written once designs are ranked."""
+"""The outcome of a run of a sweep as plain data: as the store keeps it, and as it is written with ranked designs."""
 
 from __future__ import annotations
 

@@ -41,7 +41,7 @@ FOLLOWS = (
     "Late threads and flows that follow from an overloaded processor were not searched: relax the overload first, or "
     "use `dse explain --all`."
 )
-"""What is said where threads need more than there is of a processor."""
+"""The sentence where threads need more than a processor has."""
 REACHED = {"<=": "with {}", "<": "above {}", ">=": "with {}", ">": "below {}", "==": "with {}"}
 """Where a requirement leaves a design, by its operator: at the closest limit and on which side of it."""
 

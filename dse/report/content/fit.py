@@ -1,4 +1,4 @@
-"""What was fitted, as a page."""
+"""The page of `dse fit`."""
 
 from __future__ import annotations
 

@@ -37,7 +37,7 @@ PROCESSING = {
     "response_time": "CPU contention is in the latencies: each thread counts its response time under fixed priorities, "
     "on the core that is stated or decided, else on the one that first-fit gives.",
 }
-"""What the processing of a thread counts in a latency, by the setting `processing`."""
+"""The processing time of a thread in a latency, by the setting `processing`."""
 UNCOUNTED = (
     "CPU contention is not in the latencies: this profile counts no response times, but execution times and deadlines."
 )

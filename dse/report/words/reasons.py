@@ -99,7 +99,7 @@ def sentences(result: Result, reasons: Reasons) -> list[Sentence]:
 
 
 def _spared_words(spared: Spared) -> str:
-    """What another offset saves, where it costs nothing that was asked for."""
+    """The time that another offset saves, where it worsens no objective and no limit."""
     before, after = (format_duration(offset) if offset else "0 ms" for offset in spared.offsets_ns)
     saved = [f"{format_duration(time)} of latency of {flow}" for flow, time in spared.saves_ns.items()]
     return f"{spared.reader}.offset {after} instead of {before} saves {listed(saved)}."

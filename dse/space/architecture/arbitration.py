@@ -156,7 +156,7 @@ def _missing(
     kinds: Mapping[str, Arbitration | None],
     wires: Sequence[Connection],
 ) -> Iterator[str]:
-    """What keeps the waiting for a bus with these `wires` from being counted, the first first."""
+    """Reasons why the waiting for a bus with these `wires` is not counted, the most important first."""
     yield from (f"{name} states no `arbitration`" for name, kind in kinds.items() if kind is None)
     if "classes" in kinds.values():
         yield from _said("no `priority`", [wire for wire in wires if None in set(leaves(wire.priority))])

@@ -221,7 +221,7 @@ def check_bus_types(ledger: Ledger, spec: Spec) -> None:
 
 
 def _fault_mistakes(model: BusType) -> Iterator[tuple[str, str]]:
-    """What faults of the wire need that is not stated: field and message."""
+    """Missing statements on faults of the wire: field and message."""
     if model.fault_interval is None:
         if model.fault_burst is not None:
             yield "fault_burst", "needs a `fault_interval`: the least time between two faults after a burst"
@@ -252,7 +252,7 @@ def _check_carriers(ledger: Ledger, buses: Sequence[Bus]) -> None:
 
 
 def _frame_mistakes(model: BusType, frame: FrameModel) -> Iterator[tuple[str, str]]:
-    """What does not go with a frame, and what it needs: field and message."""
+    """Statements that contradict a frame, and missing ones: field and message."""
     if model.virtual:
         yield "frame", "only a physical bus has frames: middleware is not a wire"
     if model.transmission_time is not None:

@@ -1,4 +1,4 @@
-"""What a message takes on the wire: frames with their headers, gaps, stop bits and stuff bits, in bits.
+"""The bits of a message on the wire: frames with their headers, gaps, stop bits and stuff bits.
 
 A bus type with a `frame` counts these bits in its load, its busy time and its transmission times; see
 docs/semantics.md, section 5.3. Sizes are those of whole messages in bytes, protocol overhead included. Every function

@@ -1,4 +1,4 @@
-"""What the expression parsers share: errors with a place, quotes, comparison operators, word boundaries."""
+"""Parts of all expression parsers: errors with a place, quotes, comparison operators, word boundaries."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is left of a file when what is wrong in it is taken out.
+"""The rest of a file without the parts that are wrong.
 
 The names in the rest are looked up all the same, so that a misspelt unit does not hide a misspelt name. What might
 follow from a part that is missing is not reported: see `Remains`.

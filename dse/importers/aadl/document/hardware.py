@@ -33,9 +33,9 @@ MEDIA = (*CARRIERS, "processor", "virtual processor", "device", "memory", "syste
 PERIODIC = ("bus", "virtual bus", "virtual processor", "device", "system", "process", "abstract")
 """The media whose Period samples."""
 SPEEDS = (("MIPSCapacity", "SEI"), ("Processor_Capacity", ""))
-"""What says how fast a processor is, the first first."""
+"""Properties that state the speed of a processor, in the order in which they count."""
 OF_PARTITIONS = (*SPEEDS, ("MIPSBudget", "SEI"))
-"""What says how much of one a virtual processor has."""
+"""Properties that state the share of a processor that a virtual processor has."""
 
 
 class Sheet:

@@ -19,7 +19,7 @@ ENDS = ("thread", "device", "processor", "virtual processor", "data", "memory", 
 CALLING = ("thread", "subprogram")
 """What may connect the subprograms that it calls, which are not read."""
 PIECES = 50
-"""What a feature counts of the allowance."""
+"""The share of the allowance that a feature takes."""
 MAX_DEPTH = 20
 MAX_INSTANCES = 200_000
 TURNED = {"in": "out", "out": "in", "provides": "requires", "requires": "provides"}

@@ -1,4 +1,4 @@
-"""What a property of a component, feature, connection or flow is, and where that stands.
+"""Values of the properties of components, features, connections and flows, with their places.
 
 The rules of AADL (AS5506, section 11.3): what an enclosing component says with ``applies to`` goes first, the outermost
 before those within; then the declaration of the subcomponent, the implementation, those that it extends, the type;

@@ -25,7 +25,7 @@ _TOKEN = re.compile(
 )
 END = "the end of the file"
 PIECES = 10
-"""What a token counts of the allowance."""
+"""The share of the allowance that a token takes."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -21,7 +21,7 @@ MOST_BYTES = 1_000_000
 DEEPEST = 60
 WHAT = "a launch file"
 PIECES = 10
-"""What a part of a launch file counts of the allowance."""
+"""The share of the allowance that a part of a launch file takes."""
 
 
 @dataclass

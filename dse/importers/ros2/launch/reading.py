@@ -22,7 +22,7 @@ Seen: TypeAlias = Mapping[tuple[str, str], Sequence[str]]
 """What publishes a topic of a node by a trace: `PUBLISHERS`."""
 INPUTS, OUTPUTS = ("input", "inputs", "in"), ("output", "outputs", "out")
 PIECES = 20
-"""What a callback, or a connection to one, counts of the allowance."""
+"""The share of the allowance that a callback, or a connection to one, takes."""
 LEFT_OUT = "not static, left out"
 MOST_TOLD = 40
 BY_NAMES = (

@@ -1,4 +1,4 @@
-"""What a launch file would start: nodes and containers with their names, remappings and parameters.
+"""Nodes and containers that a launch file would start, with their names, remappings and parameters.
 
 The rules are those of launch and launch_ros: a group keeps to itself what is set in it, an included file does not; an
 argument counts as the user or the including file gives it, else by its default. What only the launch decides is left
@@ -28,7 +28,7 @@ MOST_NODES = 10_000
 NAMES = 8
 """The number of arguments kept by a group that count as one piece of the allowance."""
 PIECES = 20
-"""What a node counts of the allowance, besides its remappings and parameters."""
+"""The share of the allowance that a node takes, besides its remappings and parameters."""
 _PYTHON = re.compile(r"\$\(python ([^()]*)\)?")
 NODES = ("node", "lifecycle_node", "node_container", "composable_node")
 REFUSED = "not static, left out"

@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     from dse.questions.beyond_limit import Beyond
 
 CAUSES = ("sampling", "execution", "waiting for the CPU", "middleware", "buses", "devices", "waiting for input")
-"""What a latency consists of, in the order of its bar."""
+"""The parts of a latency, in the order of its bar."""
 WITH_WAITING = ", with waiting"
 MOST_LIMITS = 8
 """The greatest number of limits of a design that have a bar, the nearest first."""

@@ -1,4 +1,4 @@
-"""What a report says, as plain texts: the same for HTML and Markdown, which only set it."""
+"""The contents of a report as plain texts, which HTML and Markdown only set."""
 
 from __future__ import annotations
 

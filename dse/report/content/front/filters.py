@@ -1,4 +1,4 @@
-"""What the page needs to decide with: exact figures to filter by, options to insist on, the command to run else."""
+"""Data of the page of a front: exact figures to filter by, options to insist on, the command to run else."""
 
 from __future__ import annotations
 
