@@ -80,7 +80,7 @@ class Contended:
 
 
 NOT_JUDGED = {"status": "unknown", "broken": []}
-"""What the JSON of a result says of a design that was not looked at."""
+"""The JSON verdict on a design that was not examined."""
 
 
 def judge(referee: ContentionReferee, design: Design) -> Contended:

@@ -172,7 +172,7 @@ class FoundBreaks(Data):
 
 
 Found: TypeAlias = Annotated[Failure | FoundFront | FoundBreaks, BY_KIND]
-"""What a run finds, by itself."""
+"""The outcome of a run by itself."""
 
 
 class _Run(Data):

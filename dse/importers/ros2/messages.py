@@ -90,7 +90,7 @@ class Types:
         """The size of each type by the report's rule, and how many messages are within each other in it."""
         self.own: dict[str, tuple[str, str]] = {}
         self.broken: list[Diagnostic] = []
-        """What is wrong with files that are not understood, whatever types they have."""
+        """Mistakes in files that are not understood, whatever types they have."""
         for path in definitions:
             self._read(path)
 

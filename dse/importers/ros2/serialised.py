@@ -113,7 +113,7 @@ class _Size:
     def __init__(self, layout: WireLayout, lengths: Mapping[str, int], largest: bool) -> None:
         self.layout, self.lengths, self.largest = layout, lengths, largest
         self.known: dict[tuple[str, int], int] = {}
-        """What a message without stated lengths takes, by its type and where it begins."""
+        """The bytes of a message without stated lengths, by its type and its beginning."""
 
     def of(self, name: str) -> int:
         return self._message(name, 0, "") + (0 if self.layout.is_ros1 else 4)

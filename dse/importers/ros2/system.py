@@ -16,7 +16,7 @@ from dse.support.units import TimeRange, UnitError, format_duration, format_rate
 
 COMPUTER = "computer"
 NODE = re.compile(r"(/[A-Za-z_]\w*)+")
-"""What the full name of a node is in ROS; one that is none is not kept as such."""
+"""The pattern of a full name of a node in ROS; other names are not kept as such."""
 NO_TIMES = (
     "MISSING: execution times. Threads without `compute_execution_time` count as taking no time: measure them, and "
     "import again with --times, or state them."

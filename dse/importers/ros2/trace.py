@@ -340,7 +340,7 @@ TAKES: Mapping[str, Callable[[TraceState, Event, Any], None]] = {
     "callback_end": TraceState._callback_end,
     "rcl_publish": TraceState._rcl_publish,
 }
-"""What is noted of an event, by its name."""
+"""The methods that note events, by the name of the event."""
 
 
 def _rate(times: array[int]) -> str:

@@ -353,7 +353,7 @@ def _of_core(who: str) -> str:
 
 
 Bounds: TypeAlias = Mapping[tuple[str, str], Impossible]
-"""What no design can have less (or more) of, by text and place of the requirement."""
+"""Bounds that no design can pass, by text and place of the requirement."""
 MOST_PARTS = 6
 """The greatest number of parts of a figure that are told; the largest."""
 
@@ -459,7 +459,7 @@ def _conflict_words(result: Result) -> Iterator[tuple[str, tuple[str, ...]]]:
 
 
 def _bounds(result: Result) -> Bounds:
-    """What no design can have less (or more) of, of those requirements that are a conflict by themselves."""
+    """Bounds that no design can pass, of those requirements that are a conflict by themselves."""
     alone = [(item.members[0].text, item.members[0].origin) for item in result.conflicts if len(item.members) == 1]
     named = [item for item in result.space.requirements if (item.text, item.origin) in alone]
     return _bounds_of(impossible([build_limit(result.space, item) for item in named], Ends(result.space)))

@@ -162,7 +162,7 @@ def _comparison_words(comparison: PointDeltas, currency: str, most: int | None =
 
 
 def _baseline_comparison_words(reasons: Reasons, currency: str, most: int | None = None) -> str:
-    """What changes against the baseline, counted where the question counts it, and what that gains and gives up."""
+    """The changes against the baseline, counted where the question counts them, with gains and losses."""
     if reasons.changed is None:
         return _comparison_words(reasons.baseline, currency, most) if reasons.baseline is not None else ""
     counted = {change.name for change in reasons.changed}
@@ -199,7 +199,7 @@ def _first(items: list[str], most: int | None) -> list[str]:
 
 
 def _tail(changes: Sequence[Change], most: int | None = None) -> str:
-    """What changes besides."""
+    """The further changes."""
     return f" (with it: {', '.join(_first(list(map(_following, changes)), most))})" if changes else ""
 
 

@@ -19,7 +19,7 @@ from dse.spec.schema.model import Spec
 from dse.support.units import format_duration, shown
 
 WHERE = ("processor", "figures_of", "core")
-"""What says where a thread runs that is in no executor and no reservation."""
+"""Fields that state where a thread runs that is in no executor and no reservation."""
 
 
 @dataclass(frozen=True)

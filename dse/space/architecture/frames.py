@@ -29,7 +29,7 @@ Bits: TypeAlias = tuple[Exact, Exact]
 """Least and most bits, of the length of one bit at the bandwidth of the bus."""
 CAN_BYTES = 8
 MOST_BYTES = {"can": 8, "can_fd": 64}
-"""What a frame of CAN carries at most."""
+"""The most bytes that a frame of CAN carries."""
 FD_SIZES = (0, 1, 2, 3, 4, 5, 6, 7, 8, 12, 16, 20, 24, 32, 48, 64)
 """The sizes that a CAN FD frame can have; others are filled up (ISO 11898-1)."""
 INTERFRAME = 3

@@ -57,7 +57,7 @@ def read_join(ledger: Ledger, spec: Spec, owner: Owner, protocol: Tree, period: 
 
 
 def _stated(ledger: Ledger, owner: Owner, field: str) -> Tree:
-    """What a thread states in a field; None where nothing."""
+    """The words that a thread states in a field; None without any."""
     own = Owner(owner.name, owner.path, owner.own)  # types of threads say nothing of what dispatches them
     return FieldReader(ledger, own, field, field, str).read(lambda model: getattr(model, field))
 

@@ -19,7 +19,7 @@ BROADCASTS = {"NMT": 0x000, "SYNC": 0x080, "TIME": 0x100}
 MOST_NODE = 127
 OF_NODE = re.compile(r"(\w+) of node (\d{1,9})")
 PATTERN = rf"^({'|'.join(FUNCTIONS)}) of node ([1-9]|[1-9][0-9]|1[01][0-9]|12[0-7])$"
-"""What a schema admits."""
+"""The names that a schema admits."""
 
 
 def connection_set(text: str) -> int | None:

@@ -55,7 +55,7 @@ class Guard:
     outputs: dict[Key, str] = field(default_factory=dict)
     renewed: set[Key] = field(default_factory=set)
     standard_input: bytes | None = None
-    """What was read there, so that it can be read again."""
+    """The content that was read there, so that it can be read again."""
 
     def note(self, path: PathLike, what: str = "a file") -> None:
         """An input, and what it is.

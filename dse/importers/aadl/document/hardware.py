@@ -29,7 +29,7 @@ from dse.importers.aadl.syntax.tree import Listed, Record, Reference, StringLite
 from dse.importers.registry import Key, Place
 
 MEDIA = (*CARRIERS, "processor", "virtual processor", "device", "memory", "system", "process", "abstract")
-"""What a connection may be bound to: OSATE counts the transmission time and latency of each."""
+"""Categories to which a connection may be bound: OSATE counts the transmission time and latency of each."""
 PERIODIC = ("bus", "virtual bus", "virtual processor", "device", "system", "process", "abstract")
 """The media whose Period samples."""
 SPEEDS = (("MIPSCapacity", "SEI"), ("Processor_Capacity", ""))

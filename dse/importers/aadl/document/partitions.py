@@ -14,7 +14,7 @@ from dse.importers.aadl.syntax.tree import Listed, Record
 from dse.importers.registry import Key, Place
 
 MODULES = ("processor", "abstract")
-"""What a virtual processor has its frame and its windows from."""
+"""Categories from which a virtual processor has its frame and its windows."""
 
 
 class PartitionWriter:

@@ -17,7 +17,7 @@ from dse.importers.allowance import spend
 ENDS = ("thread", "device", "processor", "virtual processor", "data", "memory", "bus", "virtual bus", "subprogram")
 """Categories whose features are always the ends of connections."""
 CALLING = ("thread", "subprogram")
-"""What may connect the subprograms that it calls, which are not read."""
+"""Categories that may connect the subprograms that they call; such connections are not read."""
 PIECES = 50
 """The share of the allowance that a feature takes."""
 MAX_DEPTH = 20
@@ -71,7 +71,7 @@ def _indices(value: Value | None) -> tuple[int, ...] | None:
 
 
 NO_MORE = (("",), ())
-"""What a path that names one feature leaves of it (see `beyond`)."""
+"""The rest of a feature behind a path that names it (see `beyond`)."""
 
 
 def beyond(path: Path, feature: Path) -> Path | None:

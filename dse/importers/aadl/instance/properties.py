@@ -79,7 +79,7 @@ class Properties:
         self.root = root
         self.asked: set[tuple[str, str, str]] = set()
         self.data_types: dict[int, Flat] = {}
-        """What was looked up: of what (see `OwnedProperty`), the name, and the set where that must be named."""
+        """The look-ups so far: the holder (see `OwnedProperty`), the name, and the set where that must be named."""
         self._contained: dict[tuple[Instance, Path], list[tuple[Owned, Instance]]] = defaultdict(list)
         for component in (root, *root.below()):
             for owned, base in contained(component):

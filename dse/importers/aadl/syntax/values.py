@@ -31,7 +31,7 @@ MOST_DIGITS = 60
 
 
 def _text_within(quoted: str) -> str:
-    """What is between quotes: a quote is doubled, as the standard has it, or behind a backslash, as OSATE has it."""
+    """The text between quotes: a quote is doubled, as the standard has it, or behind a backslash, as OSATE has it."""
     return _ESCAPED.sub(lambda text: _MEANT.get(text[1], text[1]) if text[1] else '"', quoted)
 
 

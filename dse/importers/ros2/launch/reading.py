@@ -19,7 +19,7 @@ from dse.support.files.reading import real
 
 SINGLE, SEVERAL, APART, ISOLATED = "one thread", "several threads", "a thread for each node", "callback-isolated"
 Seen: TypeAlias = Mapping[tuple[str, str], Sequence[str]]
-"""What publishes a topic of a node by a trace: `PUBLISHERS`."""
+"""The publishers of a topic of a node by a trace, as the option `PUBLISHERS` has them."""
 INPUTS, OUTPUTS = ("input", "inputs", "in"), ("output", "outputs", "out")
 PIECES = 20
 """The share of the allowance that a callback, or a connection to one, takes."""

@@ -33,7 +33,7 @@ _PYTHON = re.compile(r"\$\(python ([^()]*)\)?")
 NODES = ("node", "lifecycle_node", "node_container", "composable_node")
 REFUSED = "not static, left out"
 TELLING = ("name", "exec", "plugin", "file", "namespace", "target")
-"""What tells one action of a kind from others."""
+"""The attributes that tell one action of a kind from others."""
 
 
 @dataclass
