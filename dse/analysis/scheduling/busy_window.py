@@ -10,15 +10,15 @@ interrupted (`dse.analysis.scheduling.overheads`).
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from functools import partial
 from heapq import merge
-from itertools import count, islice, takewhile
+from itertools import count, islice, repeat, takewhile
 from math import gcd, lcm
 from operator import ge
-from typing import Annotated
+from typing import Annotated, NamedTuple, cast
 
 from dse.analysis.scheduling.tasks import TaskKey
 from dse.support.timelimit import look_at_the_clock
@@ -54,8 +54,9 @@ class Task:
     """A task on a core: one job of up to `worst_ns` at each event of any of its streams.
 
     `separation_ns` is a minimum distance between two jobs on top of that (a sporadic thread's period), or None. In a
-    window there are no more jobs than `most`, where that is known; without a stream there are so many, or one. Its
-    name, and the `stage` that it is, if it is one, make no difference.
+    window there are no more jobs than `most`, where that is known; without a stream there are so many, or one. Nor are
+    there more than earlier jobs of the task whose window it is and `beyond_earlier`, where that is known. Its name, and
+    the `stage` that it is, if it is one, make no difference.
     """
 
     name: str = field(compare=False)
@@ -64,6 +65,7 @@ class Task:
     separation_ns: int | None = None
     stage: TaskKey | None = field(default=None, compare=False)
     most: int | None = None
+    beyond_earlier: int | None = None
 
     @property
     def utilisation(self) -> Fraction:
@@ -83,6 +85,17 @@ class Task:
         Used where it is proved that earlier jobs do not wait when a job is released.
         """
         return replace(self, streams=(), separation_ns=None)
+
+
+class BusyJob(NamedTuple):
+    """The job of a busy period that responds last: its release and its end since that began, and how many go before.
+
+    `over_ns` is the release, or when what is over by then has been done, where that is later.
+    """
+
+    over_ns: Exact
+    end_ns: Exact
+    earlier: int
 
 
 def is_plain(task: Task) -> bool:
@@ -132,17 +145,35 @@ def is_late(task: Task) -> bool:
     return task.separation_ns is None and any(stream.jitter_ns for stream in task.streams)
 
 
-def most_jobs(task: Task, window_ns: Exact) -> int:
+def most_jobs(task: Task, window_ns: Exact, earlier: int | None = None) -> int:
     """The most jobs released in a window of this length: the sum of ceil((window + jitter) / period).
+
+    In a window of a task that has so many `earlier` jobs in it; None where that does not count.
 
     >>> most_jobs(periodic("a", 1, 10, 3), 10)
     2
     """
-    if not task.streams:
-        return task.most or 1
-    jobs = sum(-(-(window_ns + stream.jitter_ns) // stream.period_ns) for stream in task.streams)
-    jobs = jobs if task.separation_ns is None else min(jobs, -(-window_ns // task.separation_ns))
-    return jobs if task.most is None else min(jobs, task.most)
+    if task.streams:
+        jobs = sum(-(-(window_ns + stream.jitter_ns) // stream.period_ns) for stream in task.streams)
+        jobs = jobs if task.separation_ns is None else min(jobs, -(-window_ns // task.separation_ns))
+        jobs = jobs if task.most is None else min(jobs, task.most)
+    else:
+        jobs = 1 if task.most is None else task.most
+    if task.beyond_earlier is None or earlier is None:
+        return jobs
+    return min(jobs, earlier + task.beyond_earlier)
+
+
+def in_window_of(tasks: Iterable[Task], earlier: int) -> tuple[Task, ...]:
+    """Tasks as they come in a window with so many earlier jobs of the task whose window it is."""
+    return tuple(_in_window_of(task, earlier) for task in tasks)
+
+
+def _in_window_of(task: Task, earlier: int) -> Task:
+    if task.beyond_earlier is None:
+        return task
+    most = earlier + task.beyond_earlier
+    return replace(task, most=most if task.most is None else min(task.most, most), beyond_earlier=None)
 
 
 def densest_releases_ns(task: Task) -> Iterator[Exact]:
@@ -153,9 +184,10 @@ def densest_releases_ns(task: Task) -> Iterator[Exact]:
     [0, 7, 17, 27]
     """
     if not task.streams:
-        yield 0
+        yield from repeat(0, 1 if task.most is None else task.most)
         return
-    for number, time in enumerate(merge(*(map(partial(_release_ns, stream), count()) for stream in task.streams))):
+    releases = merge(*(map(partial(_release_ns, stream), count()) for stream in task.streams))
+    for number, time in enumerate(releases if task.most is None else islice(releases, task.most)):
         yield time if task.separation_ns is None else max(time, number * task.separation_ns)
 
 
@@ -205,7 +237,7 @@ def response_time_ns(
     if task.worst_ns == 0:
         return 0
     found = worst_job_ns(task, higher, blocked_ns, kin, under_way_ns, source)
-    return None if found is None else found[1] - found[0]
+    return None if found is None else found.end_ns - found.over_ns
 
 
 def worst_job_ns(
@@ -215,7 +247,7 @@ def worst_job_ns(
     kin: Sequence[Task] | None = None,
     under_way_ns: Exact = 0,
     source: Task | None = None,
-) -> tuple[Exact, Exact] | None:
+) -> BusyJob | None:
     """Release and end of the job that responds last, from the beginning of its busy period; see `response_time_ns`.
 
     With `kin` the time at which so much of the busy period is over in place of the release, where that is later: what
@@ -223,60 +255,86 @@ def worst_job_ns(
 
     >>> a, b = periodic("a", 26, 70), periodic("b", 62, 100)
     >>> worst_job_ns(b, [a])
-    (400, 518)
+    BusyJob(over_ns=400, end_ns=518, earlier=4)
 
     Of jobs of 8 that come up to 15 later than every 10 three may come within 5: the third one ends 19 after its
     release. It was to come 20 after the first: none ends more than 8 after its latest release.
 
     >>> late = periodic("a", 8, 10, 15)
-    >>> worst_job_ns(late, []), worst_job_ns(late, [], source=periodic("b", 0, 10))
-    ((5, 24), (0, 8))
+    >>> [response_time_ns(late, [], source=source) for source in (None, periodic("b", 0, 10))]
+    [19, 8]
+
+    What its own jobs release comes behind these: the first job waits for none.
+
+    >>> worst_job_ns(late, [replace(periodic("c", 1, 10, 30), beyond_earlier=0)])
+    BusyJob(over_ns=5, end_ns=26, earlier=2)
     """
     rivals = [other for other in higher if other.worst_ns]
     used = load((task, *rivals))
     if used > 1 or (used == 1 and (blocked_ns or not task.streams or any(map(is_late, (task, *rivals))))):
         return None  # such a busy period has no end
-    steps = 0
-    worst: tuple[Exact, Exact] = (0, 0)
+    worst = BusyJob(0, 0, 0)
     releases = releases_to_look_at_ns(task, rivals)
     apart = None if source is None else densest_releases_ns(source)
-    released = next(releases)
-    busy: Exact = blocked_ns + under_way_ns + task.worst_ns
-    others = [other for other in rivals if other.separation_ns is not None or other.most or not other.streams]
-    streams = [(stream, other.worst_ns) for other in rivals if other not in others for stream in other.streams]
-    terms = [(stream.period_ns, worst_ns) for stream, worst_ns in streams]
-    # the first release of each that `busy` has no work of
-    following: list[Exact] = [-stream.jitter_ns for stream, _ in streams]
-    counted = jobs = 0
-    while True:
-        grows = True
-        while (
-            grows
-        ):  # to the least window that holds all work released in it; each addition counts for the next at once
-            steps, grows = steps + 1, False
-            if steps > MOST_STEPS:
+    released: Exact = next(releases)
+    work = _Work(rivals, blocked_ns + under_way_ns)
+    for earlier in count():
+        busy = work.done_by(task.worst_ns, earlier)
+        if busy is None:
+            return None
+        over = released if apart is None else next(apart, released)
+        if kin is not None:
+            before = earlier * task.worst_ns + sum(most_jobs(one, busy, earlier) * one.worst_ns for one in kin)
+            over = max(over, under_way_ns + before)
+        if busy - over > worst.end_ns - worst.over_ns:
+            worst = BusyJob(over, busy, earlier)
+        if work.has_behind and (busy := work.done_by(0, earlier + 1)) is None:  # with what this job releases
+            return None
+        released = next(releases, busy)
+        if busy <= released:
+            return worst
+    raise AssertionError
+
+
+class _Work:
+    """What a core has to do since a busy period began, and when it is done."""
+
+    def __init__(self, rivals: Sequence[Task], busy_ns: Exact) -> None:
+        self.busy_ns, self.counted_ns, self.steps = busy_ns, cast(Exact, 0), 0
+        self.others = [one for one in rivals if one.separation_ns is not None or not one.streams or _is_capped(one)]
+        self.has_behind = any(one.beyond_earlier is not None for one in rivals)
+        streams = [(stream, one.worst_ns) for one in rivals if one not in self.others for stream in one.streams]
+        self.terms = [(stream.period_ns, worst_ns) for stream, worst_ns in streams]
+        # the first release of each that `busy_ns` has no work of
+        self.following: list[Exact] = [-stream.jitter_ns for stream, _ in streams]
+
+    def done_by(self, more_ns: Exact, earlier: int) -> Exact | None:
+        """When so much more is done, too, in a window with so many earlier jobs; None where it takes too many steps.
+
+        The least window that holds all work released in it: each addition counts for the next at once.
+        """
+        busy, following, grows = self.busy_ns + more_ns, self.following, True
+        while grows:
+            self.steps, grows = self.steps + 1, False
+            if self.steps > MOST_STEPS:
                 return None
-            if not steps % STEPS_A_LOOK:
+            if not self.steps % STEPS_A_LOOK:
                 look_at_the_clock()
-            for index, (period_ns, worst_ns) in enumerate(terms):
+            for index, (period_ns, worst_ns) in enumerate(self.terms):
                 if following[index] < busy:
                     more = -((following[index] - busy) // period_ns)
                     following[index] += more * period_ns
                     busy += more * worst_ns
                     grows = True
-            if others:
-                work = sum(most_jobs(other, busy) * other.worst_ns for other in others)
-                busy, counted, grows = busy + work - counted, work, grows or work > counted
-        over = released if apart is None else next(apart, released)
-        if kin is not None:
-            earlier = jobs * task.worst_ns + sum(most_jobs(other, busy) * other.worst_ns for other in kin)
-            over, jobs = max(over, under_way_ns + earlier), jobs + 1
-        if busy - over > worst[1] - worst[0]:
-            worst = over, busy
-        released = next(releases, busy)
-        if busy <= released:
-            return worst
-        busy += task.worst_ns
+            if self.others:
+                work = sum(most_jobs(other, busy, earlier) * other.worst_ns for other in self.others)
+                busy, self.counted_ns, grows = busy + work - self.counted_ns, work, grows or work > self.counted_ns
+        self.busy_ns = busy
+        return busy
+
+
+def _is_capped(task: Task) -> bool:
+    return task.most is not None or task.beyond_earlier is not None
 
 
 def releases_to_look_at_ns(task: Task, rivals: Sequence[Task]) -> Iterator[Exact]:

@@ -292,7 +292,7 @@ def window_of(
         return buses.window_of(resource, position, tasks)
     if entry.executor is None:
         over = succession.over_before((position,), entry.rivals)
-        cases = succession.cases(entry.key, position, tasks)
+        cases = succession.cases(entry.key, (position, position), tasks)
         windows = [preemptive.window_of(resource, position, case, over) for case in cases]
         return preemptive.longest(windows)
     if not entry.is_piece:

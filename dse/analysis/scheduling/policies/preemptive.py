@@ -70,8 +70,8 @@ class Preempted:
         found = worst_job_ns(self.task, self.rivals, self.blocked_ns, self.kin, self.under_way_ns, self.source)
         if found is None:
             return None
-        over, end = found
-        jobs = [(item, most_jobs(item, end)) for item in self.rivals]
+        over, end, earlier = found
+        jobs = [(item, most_jobs(item, end, earlier)) for item in self.rivals]
         kin = set(map(id, self.kin or ()))  # tasks of other threads may be equal
         taken = sum(number * item.worst_ns for item, number in jobs if id(item) in kin)
         if taken and taken <= over:
