@@ -77,7 +77,7 @@ def worst_busy_period(core: int, responses: Sequence[Response]) -> BusyPeriod | 
             worst_job = worst_job_ns(window.task, window.rivals, window.blocked_ns)
             if worst_job is None:
                 continue
-            rivals = in_window_of(window.rivals, worst_job.earlier)
+            rivals = in_window_of(window.rivals, worst_job.earlier, worst_job.released_ns)
             if sum(most_jobs(rival, worst_job.end_ns) for rival in (*rivals, window.task)) > MOST_JOBS:
                 return None
             pieces = played(window.task, rivals, window.blocked_ns, worst_job)
@@ -94,7 +94,7 @@ def _of_segments(segments: Sequence[Response]) -> BusyPeriod | None:
             job = window.task.single()
             worst_job = worst_job_ns(job, window.rivals, window.blocked_ns)
             if worst_job is not None:
-                rivals = in_window_of(window.rivals, worst_job.earlier)
+                rivals = in_window_of(window.rivals, worst_job.earlier, worst_job.released_ns)
                 busy.append((worst_job, item, replace(window, task=job, rivals=rivals)))
     if not busy:
         return None
@@ -202,7 +202,7 @@ def played(task: Task, rivals: Sequence[Task], blocked_ns: Exact, worst_job: Bus
     >>> [(item.name, item.start_ns, item.end_ns) for item in played(b, [a], 1, worst_job_ns(b, [a], 1))]
     [('less urgent', 0, 1), ('a', 1, 3), ('b', 3, 5), ('a', 5, 7), ('b', 7, 9)]
     """
-    released_ns, end_ns, _ = worst_job
+    released_ns, end_ns = worst_job.over_ns, worst_job.end_ns
     waiting: list[tuple[Exact, int, int, Exact]] = []  # release, level, job, work
     for level, item in enumerate((*rivals, task)):
         for job, release in enumerate(densest_releases_ns(item), 1):

@@ -18,7 +18,7 @@ from heapq import merge
 from itertools import count, islice, repeat, takewhile
 from math import gcd, lcm
 from operator import ge
-from typing import Annotated, NamedTuple, cast
+from typing import Annotated, NamedTuple
 
 from dse.analysis.scheduling.tasks import TaskKey
 from dse.support.timelimit import look_at_the_clock
@@ -49,14 +49,33 @@ class Stream:
     jitter_ns: Annotated[Exact, "The longest time by which a release comes later than periodically."] = 0
 
 
+class Behind(NamedTuple):
+    """How many jobs come in a window behind jobs of the task whose window it is (docs/semantics.md, section 4.9).
+
+    No more than earlier jobs of that in the window and `sooner` ones, and, where it is released at x after the window
+    began, than x + `reach_ns` has periods; None where it has no single period.
+    """
+
+    sooner: int
+    reach_ns: Exact | None
+    period_ns: int
+
+    def most(self, earlier: int, released_ns: Exact | None) -> int:
+        """The most jobs with so many earlier jobs, released then; without a time, whenever it is."""
+        most = earlier + self.sooner
+        if self.reach_ns is None or released_ns is None:
+            return most
+        return min(most, (released_ns + self.reach_ns) // self.period_ns)
+
+
 @dataclass(frozen=True, slots=True)
 class Task:
     """A task on a core: one job of up to `worst_ns` at each event of any of its streams.
 
     `separation_ns` is a minimum distance between two jobs on top of that (a sporadic thread's period), or None. In a
-    window there are no more jobs than `most`, where that is known; without a stream there are so many, or one. Nor are
-    there more than earlier jobs of the task whose window it is and `beyond_earlier`, where that is known. Its name, and
-    the `stage` that it is, if it is one, make no difference.
+    window there are no more jobs than `most`, where that is known; without a stream there are so many, or one. Of one
+    that comes behind the task whose window it is, `behind` says of how many jobs of that it does. Its name, and the
+    `stage` that it is, if it is one, make no difference.
     """
 
     name: str = field(compare=False)
@@ -65,7 +84,7 @@ class Task:
     separation_ns: int | None = None
     stage: TaskKey | None = field(default=None, compare=False)
     most: int | None = None
-    beyond_earlier: int | None = None
+    behind: Behind | None = None
 
     @property
     def utilisation(self) -> Fraction:
@@ -96,6 +115,7 @@ class BusyJob(NamedTuple):
     over_ns: Exact
     end_ns: Exact
     earlier: int
+    released_ns: Exact
 
 
 def is_plain(task: Task) -> bool:
@@ -145,35 +165,28 @@ def is_late(task: Task) -> bool:
     return task.separation_ns is None and any(stream.jitter_ns for stream in task.streams)
 
 
-def most_jobs(task: Task, window_ns: Exact, earlier: int | None = None) -> int:
+def most_jobs(task: Task, window_ns: Exact) -> int:
     """The most jobs released in a window of this length: the sum of ceil((window + jitter) / period).
-
-    In a window of a task that has so many `earlier` jobs in it; None where that does not count.
 
     >>> most_jobs(periodic("a", 1, 10, 3), 10)
     2
     """
-    if task.streams:
-        jobs = sum(-(-(window_ns + stream.jitter_ns) // stream.period_ns) for stream in task.streams)
-        jobs = jobs if task.separation_ns is None else min(jobs, -(-window_ns // task.separation_ns))
-        jobs = jobs if task.most is None else min(jobs, task.most)
-    else:
-        jobs = 1 if task.most is None else task.most
-    if task.beyond_earlier is None or earlier is None:
-        return jobs
-    return min(jobs, earlier + task.beyond_earlier)
+    if not task.streams:
+        return 1 if task.most is None else task.most
+    jobs = sum(-(-(window_ns + stream.jitter_ns) // stream.period_ns) for stream in task.streams)
+    jobs = jobs if task.separation_ns is None else min(jobs, -(-window_ns // task.separation_ns))
+    return jobs if task.most is None else min(jobs, task.most)
 
 
-def in_window_of(tasks: Iterable[Task], earlier: int) -> tuple[Task, ...]:
-    """Tasks as they come in a window with so many earlier jobs of the task whose window it is."""
-    return tuple(_in_window_of(task, earlier) for task in tasks)
+def in_window_of(tasks: Iterable[Task], earlier: int, released_ns: Exact | None = None) -> tuple[Task, ...]:
+    """Tasks as they come in a window of a task with so many earlier jobs, the last job of which is released then."""
+    return tuple(task if task.behind is None else _in_window_of(task, earlier, released_ns) for task in tasks)
 
 
-def _in_window_of(task: Task, earlier: int) -> Task:
-    if task.beyond_earlier is None:
-        return task
-    most = earlier + task.beyond_earlier
-    return replace(task, most=most if task.most is None else min(task.most, most), beyond_earlier=None)
+def _in_window_of(task: Task, earlier: int, released_ns: Exact | None) -> Task:
+    assert task.behind is not None
+    most = task.behind.most(earlier, released_ns)
+    return replace(task, most=most if task.most is None else min(task.most, most), behind=None)
 
 
 def densest_releases_ns(task: Task) -> Iterator[Exact]:
@@ -255,7 +268,7 @@ def worst_job_ns(
 
     >>> a, b = periodic("a", 26, 70), periodic("b", 62, 100)
     >>> worst_job_ns(b, [a])
-    BusyJob(over_ns=400, end_ns=518, earlier=4)
+    BusyJob(over_ns=400, end_ns=518, earlier=4, released_ns=400)
 
     Of jobs of 8 that come up to 15 later than every 10 three may come within 5: the third one ends 19 after its
     release. It was to come 20 after the first: none ends more than 8 after its latest release.
@@ -266,14 +279,14 @@ def worst_job_ns(
 
     What its own jobs release comes behind these: the first job waits for none.
 
-    >>> worst_job_ns(late, [replace(periodic("c", 1, 10, 30), beyond_earlier=0)])
-    BusyJob(over_ns=5, end_ns=26, earlier=2)
+    >>> worst_job_ns(late, [replace(periodic("c", 1, 10, 30), behind=Behind(0, None, 10))]).end_ns
+    26
     """
     rivals = [other for other in higher if other.worst_ns]
     used = load((task, *rivals))
     if used > 1 or (used == 1 and (blocked_ns or not task.streams or any(map(is_late, (task, *rivals))))):
         return None  # such a busy period has no end
-    worst = BusyJob(0, 0, 0)
+    worst = BusyJob(0, 0, 0, 0)
     releases = releases_to_look_at_ns(task, rivals)
     apart = None if source is None else densest_releases_ns(source)
     released: Exact = next(releases)
@@ -282,13 +295,16 @@ def worst_job_ns(
         busy = work.done_by(task.worst_ns, earlier)
         if busy is None:
             return None
-        over = released if apart is None else next(apart, released)
-        if kin is not None:
-            before = earlier * task.worst_ns + sum(most_jobs(one, busy, earlier) * one.worst_ns for one in kin)
-            over = max(over, under_way_ns + before)
-        if busy - over > worst.end_ns - worst.over_ns:
-            worst = BusyJob(over, busy, earlier)
-        if work.has_behind and (busy := work.done_by(0, earlier + 1)) is None:  # with what this job releases
+        least = released if apart is None else next(apart, released)
+        for job in work.jobs(task, earlier, released, busy):
+            over = max(least, job.released_ns)
+            if kin is not None:
+                there = in_window_of(kin, earlier, job.released_ns)
+                before = earlier * task.worst_ns + sum(most_jobs(one, job.end_ns) * one.worst_ns for one in there)
+                over = max(over, under_way_ns + before)
+            if job.end_ns - over > worst.end_ns - worst.over_ns:
+                worst = job._replace(over_ns=over)
+        if work.behind and (busy := work.done_by(0, earlier + 1)) is None:  # with what this job releases
             return None
         released = next(releases, busy)
         if busy <= released:
@@ -299,10 +315,10 @@ def worst_job_ns(
 class _Work:
     """What a core has to do since a busy period began, and when it is done."""
 
-    def __init__(self, rivals: Sequence[Task], busy_ns: Exact) -> None:
-        self.busy_ns, self.counted_ns, self.steps = busy_ns, cast(Exact, 0), 0
+    def __init__(self, rivals: Sequence[Task], begun_ns: Exact) -> None:
+        self.rivals, self.begun_ns, self.busy_ns, self.counted_ns, self.steps = rivals, begun_ns, begun_ns, 0, 0
         self.others = [one for one in rivals if one.separation_ns is not None or not one.streams or _is_capped(one)]
-        self.has_behind = any(one.beyond_earlier is not None for one in rivals)
+        self.behind = [one.behind for one in rivals if one.behind is not None]
         streams = [(stream, one.worst_ns) for one in rivals if one not in self.others for stream in one.streams]
         self.terms = [(stream.period_ns, worst_ns) for stream, worst_ns in streams]
         # the first release of each that `busy_ns` has no work of
@@ -313,6 +329,7 @@ class _Work:
 
         The least window that holds all work released in it: each addition counts for the next at once.
         """
+        others = in_window_of(self.others, earlier) if self.behind else self.others
         busy, following, grows = self.busy_ns + more_ns, self.following, True
         while grows:
             self.steps, grows = self.steps + 1, False
@@ -326,15 +343,38 @@ class _Work:
                     following[index] += more * period_ns
                     busy += more * worst_ns
                     grows = True
-            if self.others:
-                work = sum(most_jobs(other, busy, earlier) * other.worst_ns for other in self.others)
+            if others:
+                work = sum(most_jobs(other, busy) * other.worst_ns for other in others)
                 busy, self.counted_ns, grows = busy + work - self.counted_ns, work, grows or work > self.counted_ns
         self.busy_ns = busy
         return busy
 
+    def jobs(self, task: Task, earlier: int, released_ns: Exact, busy_ns: Exact) -> Iterator[BusyJob]:
+        """A job with so many earlier ones, released then or later, as long as the core is busy.
+
+        One for each time from which on one more of those that come behind the task may be on its way: until then the
+        job that is released soonest responds last.
+        """
+        while True:
+            counts = [(one, one.most(earlier, released_ns)) for one in self.behind]
+            later = [
+                (most + 1) * one.period_ns - one.reach_ns
+                for one, most in counts
+                if one.reach_ns is not None and most < earlier + one.sooner
+            ]
+            if not later:
+                yield BusyJob(released_ns, busy_ns, earlier, released_ns)
+                return
+            there = _Work(in_window_of(self.rivals, earlier, released_ns), self.begun_ns)
+            end = there.done_by((earlier + 1) * task.worst_ns, earlier)
+            yield BusyJob(released_ns, busy_ns if end is None else end, earlier, released_ns)
+            released_ns = min(later)
+            if released_ns >= busy_ns:
+                return
+
 
 def _is_capped(task: Task) -> bool:
-    return task.most is not None or task.beyond_earlier is not None
+    return task.most is not None or task.behind is not None
 
 
 def releases_to_look_at_ns(task: Task, rivals: Sequence[Task]) -> Iterator[Exact]:

@@ -15,9 +15,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
-from typing import NamedTuple, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 
-from dse.analysis.scheduling.busy_window import Stream, Task
+from dse.analysis.scheduling.busy_window import Behind, Stream, Task
 from dse.analysis.scheduling.event_models import EventModels, once
 from dse.analysis.scheduling.model import Resource, Stage
 from dse.analysis.scheduling.tasks import TaskKey
@@ -32,18 +32,20 @@ SpansTo: TypeAlias = Callable[[TaskKey], Iterable[tuple[TaskKey, Exact]]]
 """Gives the stages of a chain up to one, the nearest first, each with the longest time from its release to that end."""
 
 
-class Behind(NamedTuple):
+class OnWay(NamedTuple):
     """How many jobs of a stage come, from some time on, of jobs of one before it in its chain that have ended by then.
 
-    `most` are these, `most_sooner` of jobs that have ended before that time; None where it is not known.
+    `most` are these, `most_sooner` of jobs that have ended before that time; None where it is not known. A job comes no
+    later than `longest_ns` after the one of the other stage is released.
     """
 
     before: Stage
     most: int | None
     most_sooner: int | None
+    longest_ns: Exact | None = None
 
 
-BehindOf: TypeAlias = Callable[[TaskKey], Sequence[Behind]]
+OnWayOf: TypeAlias = Callable[[TaskKey], Sequence[OnWay]]
 """Gives what a stage is behind on its core."""
 
 
@@ -59,7 +61,7 @@ def is_coupled(stages: Mapping[TaskKey, Stage], stage: Stage) -> bool:
 
 def behind_on_core(
     events: EventModels, stage: Stage, spans_to: SpansTo, is_apart: Callable[[TaskKey, Exact], bool]
-) -> Iterator[Behind]:
+) -> Iterator[OnWay]:
     """How many jobs of a stage are on their way at some time behind each stage before it in its chain on its core.
 
     `spans_to` gives the longest times from stages of a chain up to the end of one, `is_apart` whether a stage is not
@@ -78,25 +80,25 @@ def behind_on_core(
     for key, span in spans_to(link.after):
         if (before := wanted.get(key)) is not None:
             if is_apart(key, span + link.most_ns):  # a job is not released before the one before it has come through
-                yield Behind(before, 1, 1)
+                yield OnWay(before, 1, 1, span + link.most_ns)
             elif key in ways and (leaving := events.leaving(key)) is not None:
                 within = sum(1 + (ways[key] + one.jitter_ns) // one.period_ns for one in leaving)
                 sooner = sum(-(-(ways[key] + one.jitter_ns) // one.period_ns) for one in leaving)
-                yield Behind(before, None if before.has_section else within, sooner)
+                yield OnWay(before, None if before.has_section else within, sooner, span + link.most_ns)
         further = stages[key].follows
         if further is not None and further.after is not None:
             ways[further.after] = span + link.most_ns + further.most_ns
 
 
-def behind_next(stage: Stage, before: Stage) -> Behind:
+def behind_next(stage: Stage, before: Stage) -> OnWay:
     """How many messages are on their way from a stage to the next one at most: jobs end no closer than they take."""
     link = stage.follows
     assert link is not None
     if not link.most_ns:
-        return Behind(before, 1, 0)
+        return OnWay(before, 1, 0)
     most = next((jobs for jobs in range(1, MOST_ON_WAY + 1) if link.most_ns < jobs * before.best_ns), None)
     sooner = next((jobs for jobs in range(1, MOST_ON_WAY + 1) if link.most_ns <= jobs * before.best_ns), None)
-    return Behind(before, None if before.has_section else most, sooner)
+    return OnWay(before, None if before.has_section else most, sooner)
 
 
 def cases_in_window(
@@ -105,14 +107,14 @@ def cases_in_window(
     level: TaskKey,
     ends: tuple[int, TaskKey],
     tasks: Sequence[Task | None],
-    behind_of: BehindOf,
+    behind_of: OnWayOf,
     pieces: int | None = 1,
 ) -> list[Sequence[Task | None]]:
     """The stages of a resource as they come in a busy window of the priority of one of them, in each case there is.
 
     `tasks` are they as they come at any time; None is one that comes without a bound, `NOT_THERE` one that does not
-    come. The window is that of the stages from that at a position to another one, its `ends`, which are under way between
-    so many `pieces` (None: as many as come). Each of these may begin behind another less urgent thread.
+    come. The window is that of the stages from that at a position to another one, its `ends`, in so many `pieces` between
+    which they are under way (None: as many as come). Each of these may begin behind another less urgent thread.
     """
     first, last = ends
     stated = events.stages[level].stated
@@ -134,8 +136,10 @@ def cases_in_window(
         elif most is not None and pieces is not None and position != first:
             comes = replace(once(stage) if comes is None else comes, most=most * pieces)
         if pieces == 1 and position != first and comes is not None:
-            beyond = _least(item.most_sooner for item in known if item.before.key == last)
-            comes = comes if beyond is None else replace(comes, beyond_earlier=beyond)
+            sooner = _least(item.most_sooner for item in known if item.before.key == last)
+            reach = _least(item.longest_ns for item in known if item.before.key == resource.entries[first].key)
+            if sooner is not None:
+                comes = replace(comes, behind=_behind(events, resource.entries[first].key, sooner, reach))
         found.append(comes)
     if not behind:
         return [found]
@@ -154,7 +158,15 @@ def cases_in_window(
     return cases
 
 
-def _least(numbers: Iterable[int | None]) -> int | None:
+def _behind(events: EventModels, first: TaskKey, sooner: int, reach_ns: Exact | None) -> Behind:
+    """What comes behind a stage, or a chain that begins with it, in its windows."""
+    streams = events.streams(first)
+    if streams is None or len(streams) != 1 or reach_ns is None:
+        return Behind(sooner, None, 1)
+    return Behind(sooner, reach_ns + streams[0].jitter_ns, streams[0].period_ns)
+
+
+def _least(numbers: Iterable[Exact | None]) -> Any:
     known = [number for number in numbers if number is not None]
     return min(known, default=None)
 

@@ -6,7 +6,15 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 
-from dse.analysis.scheduling.busy_window import PLAIN, Task, is_plain, most_jobs, response_time_ns, worst_job_ns
+from dse.analysis.scheduling.busy_window import (
+    PLAIN,
+    Task,
+    in_window_of,
+    is_plain,
+    most_jobs,
+    response_time_ns,
+    worst_job_ns,
+)
 from dse.analysis.scheduling.model import Entry, Resource
 from dse.analysis.scheduling.parts import Parts, before_job
 from dse.analysis.scheduling.policies.coupled import NOT_THERE
@@ -70,8 +78,9 @@ class Preempted:
         found = worst_job_ns(self.task, self.rivals, self.blocked_ns, self.kin, self.under_way_ns, self.source)
         if found is None:
             return None
-        over, end, earlier = found
-        jobs = [(item, most_jobs(item, end, earlier)) for item in self.rivals]
+        over, end, earlier, released = found
+        there = in_window_of(self.rivals, earlier, released)
+        jobs = [(item, most_jobs(one, end)) for item, one in zip(self.rivals, there, strict=True)]
         kin = set(map(id, self.kin or ()))  # tasks of other threads may be equal
         taken = sum(number * item.worst_ns for item, number in jobs if id(item) in kin)
         if taken and taken <= over:

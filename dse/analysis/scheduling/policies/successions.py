@@ -15,7 +15,7 @@ from itertools import islice
 from dse.analysis.scheduling.busy_window import Task
 from dse.analysis.scheduling.event_models import EventModels
 from dse.analysis.scheduling.model import Entry, Resource, Stage, System
-from dse.analysis.scheduling.policies.coupled import Behind, behind_on_core, cases_in_window, has_coupled
+from dse.analysis.scheduling.policies.coupled import OnWay, behind_on_core, cases_in_window, has_coupled
 from dse.analysis.scheduling.policies.segments import apart_ns
 from dse.analysis.scheduling.tasks import TaskKey
 from dse.support.units import Exact
@@ -142,7 +142,7 @@ class Succession:
     def __init__(self, events: EventModels, resource: Resource) -> None:
         self.events, self.resource = events, resource
         self._chains: dict[int, Chains] = {}
-        self._behind: dict[TaskKey, list[Behind]] = {}
+        self._behind: dict[TaskKey, list[OnWay]] = {}
 
     def chains(self, executor: int) -> Chains:
         """The chains of one executor.
@@ -172,7 +172,7 @@ class Succession:
         first, last = ends[0], self.resource.entries[ends[1]].key
         return cases_in_window(self.events, self.resource, level, (first, last), tasks, self._behind_of, pieces)
 
-    def _behind_of(self, key: TaskKey) -> Sequence[Behind]:
+    def _behind_of(self, key: TaskKey) -> Sequence[OnWay]:
         if key not in self._behind:
             outside = self._outside
             found = behind_on_core(self.events, self.events.stages[key], outside.spans_to, outside.is_apart)
