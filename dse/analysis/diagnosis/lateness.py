@@ -17,11 +17,11 @@ from typing import Annotated
 from dse.analysis.diagnosis.reservation_budgets import ReservationBudget, budget_of
 from dse.analysis.diagnosis.shortening import Shorter, Trials
 from dse.analysis.limits import HOLDS, Verdict
+from dse.analysis.scheduling.busy_window import TaskKey
 from dse.analysis.scheduling.fixed_point import Loss
 from dse.analysis.scheduling.model import Ends
 from dse.analysis.scheduling.parts import Delay
 from dse.analysis.scheduling.responses import Response, response_of, solution_of
-from dse.analysis.scheduling.tasks import TaskKey
 from dse.analysis.scheduling.waits import Wait, Waits, stated_name
 from dse.analysis.views import View
 from dse.space.model.space import Space

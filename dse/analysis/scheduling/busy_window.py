@@ -18,12 +18,14 @@ from heapq import merge
 from itertools import count, islice, takewhile
 from math import gcd, lcm
 from operator import ge
-from typing import Annotated
+from typing import Annotated, Literal, TypeAlias
 
-from dse.analysis.scheduling.tasks import TaskKey
 from dse.support.timelimit import look_at_the_clock
 from dse.support.units import Exact, Rounded
 
+Part: TypeAlias = Literal["thread", "callback", "message"]
+TaskKey: TypeAlias = tuple[int, Part]
+"""A thread or device by its number and which of its tasks, or a connection by its number and ``message``."""
 STEPS_A_LOOK = 256
 """The number of steps, about a millisecond, between two looks at the clock."""
 MOST_STEPS = 100_000

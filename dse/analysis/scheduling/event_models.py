@@ -13,10 +13,9 @@ from fractions import Fraction
 from functools import lru_cache, reduce
 from typing import TypeAlias
 
-from dse.analysis.scheduling.busy_window import Stream, Task
+from dse.analysis.scheduling.busy_window import Stream, Task, TaskKey
 from dse.analysis.scheduling.model import ChainKey, Ends, Release, Stage
-from dse.analysis.scheduling.tasks import TaskKey
-from dse.analysis.views import CyclicActivation
+from dse.space.model.arrivals import CyclicActivation
 from dse.support.units import Exact
 
 Streams: TypeAlias = tuple[Stream, ...] | None

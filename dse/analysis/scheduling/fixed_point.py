@@ -15,7 +15,7 @@ from dataclasses import dataclass, field
 from functools import cached_property, partial
 from typing import Any, TypeAlias
 
-from dse.analysis.scheduling.busy_window import Task, is_plain
+from dse.analysis.scheduling.busy_window import Task, TaskKey, is_plain
 from dse.analysis.scheduling.event_models import EventModels, upstream
 from dse.analysis.scheduling.growth import TooLongError, growth, steps_along
 from dse.analysis.scheduling.model import ChainKey, EndKey, Ends, LagKey, Resource, System
@@ -27,7 +27,6 @@ from dse.analysis.scheduling.policies.preemptive import Preempted
 from dse.analysis.scheduling.policies.segments import Segments, Spans
 from dse.analysis.scheduling.policies.successions import Succession, sources_in
 from dse.analysis.scheduling.policies.transmit_queues import QueuedMessage
-from dse.analysis.scheduling.tasks import TaskKey
 from dse.support.timelimit import look_at_the_clock
 from dse.support.units import Exact
 

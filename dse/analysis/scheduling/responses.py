@@ -16,7 +16,7 @@ from typing import Annotated, Any
 
 from dse.analysis.memo import ABSENT, Recall, knowing
 from dse.analysis.messages.stages import bus_of, counted_buses, message_key, message_stage
-from dse.analysis.scheduling.busy_window import Task
+from dse.analysis.scheduling.busy_window import Part, Task, TaskKey
 from dse.analysis.scheduling.fixed_point import Solution, Window, response_ns, solve
 from dse.analysis.scheduling.model import EndKey, Ends
 from dse.analysis.scheduling.order import upstream
@@ -24,14 +24,13 @@ from dse.analysis.scheduling.parts import Delay, Interference, Parts
 from dse.analysis.scheduling.priorities import deadline_ns
 from dse.analysis.scheduling.resolve import among, resolve, resolve_buses
 from dse.analysis.scheduling.subsets import Subsets
-from dse.analysis.scheduling.tasks import Part, TaskKey, elapsed_ns, longest_alone_ns, task_keys
+from dse.analysis.scheduling.tasks import elapsed_ns, longest_alone_ns, task_keys
 from dse.analysis.scheduling.waits import blocking_name, stated_name
-from dse.analysis.terms import picked
 from dse.analysis.views import View
 from dse.space.model.space import Space
 from dse.space.model.trees import at
 from dse.support.json_fields import Json, Of
-from dse.support.units import Exact, Unbounded
+from dse.support.units import Exact, Unbounded, picked
 
 UNBOUNDED_NS = 10**14
 """Stands for a response time without a bound (27.8 h) wherever a number is needed."""

@@ -14,14 +14,14 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import Annotated
 
-from dse.analysis.scheduling.busy_window import Task
+from dse.analysis.scheduling.busy_window import Task, TaskKey
 from dse.analysis.scheduling.fixed_point import Windows
 from dse.analysis.scheduling.model import Ends, Entry, Resource, System
 from dse.analysis.scheduling.parts import Delay, Parts
 from dse.analysis.scheduling.policies import chains, executors, preemptive
 from dse.analysis.scheduling.policies.preemptive import Preempted
 from dse.analysis.scheduling.policies.successions import Succession, sources_in
-from dse.analysis.scheduling.tasks import TaskKey, task_name
+from dse.analysis.scheduling.tasks import task_name
 from dse.analysis.terms import FlowChain
 from dse.space.model.space import Space
 from dse.support.units import Exact

@@ -22,13 +22,12 @@ from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import cast
 
-from dse.analysis.scheduling.busy_window import Task
+from dse.analysis.scheduling.busy_window import Task, TaskKey
 from dse.analysis.scheduling.model import ChainKey, Entry, Resource, Stage, System
 from dse.analysis.scheduling.policies.coupled import NOT_THERE
 from dse.analysis.scheduling.policies.preemptive import Preempted, longest
 from dse.analysis.scheduling.policies.reservations import gaps_and_servers
 from dse.analysis.scheduling.policies.successions import MOST_THREADS, Succession, is_prioritised
-from dse.analysis.scheduling.tasks import TaskKey
 from dse.support.units import Exact
 
 MOST_ON_CORE = 256

@@ -16,12 +16,10 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 
-from dse.analysis.scheduling.busy_window import Stream, Task
+from dse.analysis.scheduling.busy_window import Stream, Task, TaskKey
 from dse.analysis.scheduling.event_models import EventModels, once
 from dse.analysis.scheduling.model import Resource, Stage
-from dse.analysis.scheduling.tasks import TaskKey
-from dse.analysis.terms import picked
-from dse.support.units import Exact
+from dse.support.units import Exact, picked
 
 NOT_THERE = Task("", 0, ())
 """In place of a stage that does not come in a window."""

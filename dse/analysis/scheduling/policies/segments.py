@@ -28,12 +28,11 @@ from collections.abc import Sequence
 from fractions import Fraction
 from typing import TypeAlias
 
-from dse.analysis.scheduling.busy_window import Stream, Task
+from dse.analysis.scheduling.busy_window import Stream, Task, TaskKey
 from dse.analysis.scheduling.event_models import EventModels, Streams
 from dse.analysis.scheduling.model import Entry, Resource
 from dse.analysis.scheduling.policies import preemptive
 from dse.analysis.scheduling.policies.preemptive import Preempted
-from dse.analysis.scheduling.tasks import TaskKey
 from dse.support.units import Exact
 
 Spans: TypeAlias = "dict[TaskKey, Exact | None]"

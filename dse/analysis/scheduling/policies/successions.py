@@ -12,12 +12,11 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import cached_property, reduce
 from itertools import islice
 
-from dse.analysis.scheduling.busy_window import Task
+from dse.analysis.scheduling.busy_window import Task, TaskKey
 from dse.analysis.scheduling.event_models import EventModels
 from dse.analysis.scheduling.model import Entry, Resource, Stage, System
 from dse.analysis.scheduling.policies.coupled import cases_in_window, has_coupled
 from dse.analysis.scheduling.policies.segments import apart_ns
-from dse.analysis.scheduling.tasks import TaskKey
 from dse.support.units import Exact
 
 MOST_THREADS = 32
