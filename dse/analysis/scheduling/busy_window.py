@@ -87,6 +87,18 @@ class Task:
         return replace(self, streams=(), separation_ns=None)
 
 
+@dataclass(frozen=True, slots=True)
+class Kin:
+    """Those of the rivals of a task of which no job waits while a job of it does, and what its own chain may leave.
+
+    They are threads before and behind it in its chain, of which a job always ends before the next one is released.
+    `under_way_ns` is how much work of a job of its own that was released before the busy period may be in it.
+    """
+
+    rivals: tuple[Task, ...] = ()
+    under_way_ns: Exact = 0
+
+
 def is_plain(task: Task) -> bool:
     """Whether its times are mere numbers, not traced ones (`dse.questions.sensitivity`), which differ though equal.
 
@@ -169,8 +181,7 @@ def response_time_ns(
     task: Task,
     higher: Sequence[Task],
     blocked_ns: Exact = 0,
-    kin: Sequence[Task] | None = None,
-    under_way_ns: Exact = 0,
+    kin: Kin | None = None,
     source: Task | None = None,
 ) -> Exact | None:
     """The worst time from the release of a job to its end; None when it is not bounded.
@@ -185,10 +196,7 @@ def response_time_ns(
         how long less urgent work may keep the core, at most, once it has begun; a bound is then one that is not
         reached, but approached.
     kin
-        those of `higher` of which no job waits while a job of the task does: threads before and behind it in its chain,
-        of which a job always ends before the next one is released; None where no such thing is known.
-    under_way_ns
-        with `kin`: how much work of a job of its own that was released before the busy period may be in it.
+        those of `higher` of which no job waits while a job of the task does; None where no such thing is known.
     source
         what releases the task, each job one job of it; the time is then that from the latest release that there can be
         to the end. Jobs are as far apart as those of the source, however close their releases come
@@ -206,7 +214,7 @@ def response_time_ns(
     """
     if task.worst_ns == 0:
         return 0
-    found = worst_job_ns(task, higher, blocked_ns, kin, under_way_ns, source)
+    found = worst_job_ns(task, higher, blocked_ns, kin, source)
     return None if found is None else found[1] - found[0]
 
 
@@ -214,8 +222,7 @@ def worst_job_ns(
     task: Task,
     higher: Sequence[Task],
     blocked_ns: Exact = 0,
-    kin: Sequence[Task] | None = None,
-    under_way_ns: Exact = 0,
+    kin: Kin | None = None,
     source: Task | None = None,
 ) -> tuple[Exact, Exact] | None:
     """Release and end of the job that responds last, from the beginning of its busy period; see `response_time_ns`.
@@ -243,6 +250,7 @@ def worst_job_ns(
     releases = releases_to_look_at_ns(task, rivals)
     apart = None if source is None else densest_releases_ns(source)
     released = next(releases)
+    under_way_ns = 0 if kin is None else kin.under_way_ns
     busy: Exact = blocked_ns + under_way_ns + task.worst_ns
     others = [other for other in rivals if other.separation_ns is not None or other.most or not other.streams]
     streams = [(stream, other.worst_ns) for other in rivals if other not in others for stream in other.streams]
@@ -271,7 +279,7 @@ def worst_job_ns(
                 busy, counted, grows = busy + work - counted, work, grows or work > counted
         over = released if apart is None else next(apart, released)
         if kin is not None:
-            earlier = jobs * task.worst_ns + sum(most_jobs(other, busy) * other.worst_ns for other in kin)
+            earlier = jobs * task.worst_ns + sum(most_jobs(other, busy) * other.worst_ns for other in kin.rivals)
             over, jobs = max(over, under_way_ns + earlier), jobs + 1
         if busy - over > worst[1] - worst[0]:
             worst = over, busy

@@ -230,6 +230,17 @@ def _spaced(stage: Stage, streams: Streams) -> Streams:
     return (Stream(stage.separation_ns),) if rate * stage.separation_ns >= 1 else streams
 
 
+def apart_ns(releases: Sequence[Stream], separation_ns: int | None) -> Exact | None:
+    """The least time between two releases of a thread; None where it is released once only.
+
+    In ns: period less jitter of a single stream, or the separation where that is greater; 0 for several streams.
+    """
+    if not releases:
+        return None
+    streams = releases[0].period_ns - releases[0].jitter_ns if len(releases) == 1 else 0
+    return max(0, streams, separation_ns or 0)
+
+
 def _longest(times: Iterable[Exact]) -> Exact:
     return reduce(max, times)
 

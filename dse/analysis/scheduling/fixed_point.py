@@ -9,7 +9,7 @@ there (`dse.analysis.scheduling.policies`), until nothing rises any more.
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from copy import copy
 from dataclasses import dataclass, field
 from functools import cached_property, partial
@@ -156,17 +156,16 @@ class Rounds:
         for number, resource in enumerate(self.system.resources):
             tasks, earlier = [self.events.task(entry.key) for entry in resource.entries], self._before[number]
             succession = Succession(self.events, resource)
-            related = bool(succession.relatives_there) or succession.has_coupled
+            related = succession.has_relatives or succession.has_coupled
             looks_beyond = related or _looks_beyond(resource)
             if earlier is not None and not looks_beyond and all(map(_is_same, tasks, earlier)):
                 continue  # as in the round before
             self._before[number] = tasks
-            together = _remembered(resource, tasks) if self.is_plain and not related else None
+            find = partial(window_of, resource, tasks=tasks, succession=succession, segments=self.segments)
+            together = _remembered(resource, tasks, find) if self.is_plain and not related else None
             for position, entry in enumerate(resource.entries):
                 has_lag = entry.key in self.sources
-                window = None
-                if together is None or has_lag:
-                    window = window_of(resource, position, tasks, succession, self.segments)
+                window = find(position) if together is None or has_lag else None
                 found = self._end_of(resource, position, tasks, window) if together is None else together[position]
                 if found is not None and self.count > 1 and self._is_beyond(found):
                     found = found if found == self.ends[entry.key] else None
@@ -290,10 +289,7 @@ def window_of(
     if resource.wire is not None:
         return buses.window_of(resource, position, tasks)
     if entry.executor is None:
-        over = succession.over_before((position,), entry.rivals)
-        cases = succession.cases(entry.key, position, tasks)
-        windows = [preemptive.window_of(resource, position, case, over) for case in cases]
-        return preemptive.longest(windows)
+        return preemptive.window_of(resource, position, tasks, succession)
     if not entry.is_piece:
         return executors.window_of(resource, position, tasks, succession)
     return accelerators.window_of(resource, position, tasks, succession, segments.since_ns(entry))
@@ -315,7 +311,9 @@ KEPT = 4096
 _KEPT: dict[tuple[int, ...], tuple[Resource, Sequence[Task | None], list[Exact | None]]] = {}
 
 
-def _remembered(resource: Resource, tasks: Sequence[Task | None]) -> list[Exact | None] | None:
+def _remembered(
+    resource: Resource, tasks: Sequence[Task | None], find: Callable[[int], Window | None]
+) -> list[Exact | None] | None:
     """The response times of a resource where priorities alone decide them, or which is a bus; None of others.
 
     Designs share resources and tasks, so that the same objects tell that they agree (decision record 1).
@@ -325,8 +323,7 @@ def _remembered(resource: Resource, tasks: Sequence[Task | None]) -> list[Exact 
         return kept[2]
     if not resource.is_plain and resource.wire is None:
         return None
-    of_kind = preemptive.window_of if resource.wire is None else buses.window_of
-    windows = [of_kind(resource, position, tasks) for position in range(len(tasks))]
+    windows = map(find, range(len(tasks)))
     found = [None if window is None else window.response_ns() for window in windows]
     if len(_KEPT) >= KEPT:
         _KEPT.clear()
@@ -355,6 +352,7 @@ class Windows:
         self.events = EventModels(system.stages, ends, self.chains)
         self.segments = Segments(self.events, system.resources, {} if spans is None else dict(spans))
         self._tasks: dict[int, list[Task | None]] = {}
+        self._successions: dict[int, Succession] = {}
 
     def tasks(self, resource: Resource) -> list[Task | None]:
         """The stages of a resource as they are released; None where one comes without a bound."""
@@ -369,7 +367,13 @@ class Windows:
         `tasks` are the stages of the resource as they are released, where not as is known.
         """
         given = self.tasks(resource) if tasks is None else tasks
-        return window_of(resource, position, given, Succession(self.events, resource), self.segments)
+        return window_of(resource, position, given, self.succession(resource), self.segments)
+
+    def succession(self, resource: Resource) -> Succession:
+        """The chains of a resource."""
+        if id(resource) not in self._successions:
+            self._successions[id(resource)] = Succession(self.events, resource)
+        return self._successions[id(resource)]
 
     def since_thread(self, resource: Resource, position: int, window: Window | None) -> tuple[Exact, Window | None]:
         """The busy window that decides the end of a stage after its thread's release, and the time before it, in ns.

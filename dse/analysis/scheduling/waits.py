@@ -20,7 +20,7 @@ from dse.analysis.scheduling.model import Ends, Entry, Resource, System
 from dse.analysis.scheduling.parts import Delay, Parts
 from dse.analysis.scheduling.policies import chains, executors, preemptive
 from dse.analysis.scheduling.policies.preemptive import Preempted
-from dse.analysis.scheduling.policies.successions import Succession, sources_in
+from dse.analysis.scheduling.policies.successions import sources_in
 from dse.analysis.scheduling.tasks import task_name
 from dse.analysis.terms import FlowChain
 from dse.space.model.space import Space
@@ -111,8 +111,7 @@ class Waits(Windows):
         else:
             chain = self.chains[part.threads[-1], first[0]]
             members, lowest, sent = chain.members, chain.lowest, Fraction(chain.sent_ns)
-            succession = Succession(self.events, resource)
-            window = chains.window_of(resource, chain, self.tasks(resource), succession)
+            window = chains.window_of(resource, chain, self.tasks(resource), self.succession(resource))
         if not isinstance(window, Preempted):
             return None
         if source is not None:
@@ -144,8 +143,8 @@ class Waits(Windows):
         if entry.executor is None:
             counted = preemptive.rivals_of(resource, entry, tasks)
         else:
-            succession = Succession(self.events, resource)
-            found = None if tasks[position] is None else executors.beside(resource, position, tasks, succession)
+            known = tasks[position] is not None
+            found = executors.beside(resource, position, tasks, self.succession(resource)) if known else None
             counted = None if found is None else found.sharing
         if counted is None:
             return resource, None
