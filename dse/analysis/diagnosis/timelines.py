@@ -70,6 +70,8 @@ def worst_busy_period(core: int, responses: Sequence[Response]) -> BusyPeriod | 
             worst_job = worst_job_ns(window.task, window.rivals, window.blocked_ns)
             if worst_job is None:
                 continue
+            if worst_job[1] - worst_job[0] != item.response_ns:
+                return None  # of what its chain did before it is known how long it took, not when
             if sum(most_jobs(rival, worst_job[1]) for rival in (*window.rivals, window.task)) > MOST_JOBS:
                 return None
             pieces = played(window.task, window.rivals, window.blocked_ns, worst_job)

@@ -314,7 +314,7 @@ def _responses(space: Space, wanted: Sequence[TaskKey], view: View) -> Iterator[
             *key,
             resource.core + 1,
             entry.rank + 1,
-            task or Task(stage.name, stage.worst_ns, ()),
+            task or Task(stage.name, stage.cost_ns, ()),
             stage.elapsed_ns[0] if stage.pieces else stage.best_ns,
             solution.ends[key],
             deadline_ns(component, view) if is_whole else None,

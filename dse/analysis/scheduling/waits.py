@@ -154,9 +154,10 @@ class Waits(Windows):
     def _alone(self, resource: Resource, position: int) -> Wait | None:
         """What a stage waits for from its own release on; None where it has no bound."""
         tasks = self._tasks_beside(resource, position)
-        window, task = self.of(resource, position, tasks), tasks[position]
+        window = self.of(resource, position, tasks)
         found = None if window is None else window.parts()
-        return None if found is None or task is None else self._made(resource, position, task.worst_ns, found)
+        work_ns = self.system.stages[resource.entries[position].key].cost_ns
+        return None if found is None else self._made(resource, position, work_ns, found)
 
     def _together(self, resource: Resource, position: int, pieces: Sequence[TaskKey]) -> Wait | None:
         """What all work of a thread on its core waits for there, as if it and the times away were one job."""
