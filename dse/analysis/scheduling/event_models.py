@@ -117,6 +117,26 @@ class EventModels:
         pieces = self.stages[key].pieces
         return bool(pieces) and self.ends.get(pieces[-1], 0) is None
 
+    def endless_before(self, key: TaskKey) -> list[TaskKey]:
+        """The stages without a bound that release a stage, and the other pieces of its thread that have none.
+
+        What ends in time though it comes without a bound is followed further up, such as a stage that takes no time.
+        """
+        stage = self.stages[key]
+        found = [item for item in stage.pieces if item != key and self.ends.get(item, 0) is None]
+        todo = [release.after for release in self.stages[stage.first].releases]
+        seen = set[TaskKey]()
+        while todo:
+            item = todo.pop(0)
+            if item is None or item in seen:
+                continue
+            seen.add(item)
+            if self.ends.get(item, 0) is None:
+                found.append(item)
+            elif self.streams(self.stages[item].first) is None:
+                todo += [release.after for release in self.stages[self.stages[item].first].releases]
+        return list(dict.fromkeys(found))
+
     def _before(self, key: TaskKey) -> Iterable[TaskKey]:
         """The stages whose own releases are passed on to a stage."""
         return (self.stages[item.after].first for item in self.stages[key].releases if item.after is not None)
@@ -263,19 +283,3 @@ def _late_task(stage: Stage) -> Task | None:
 def once(stage: Stage) -> Task:
     """One job of a stage."""
     return Task(stage.name, stage.cost_ns, (), None, stage.key)
-
-
-def upstream(stages: Mapping[TaskKey, Stage], key: TaskKey, ends: Ends) -> list[TaskKey]:
-    """The stages whose ends are jitter of a stage's releases, and the other pieces of its thread.
-
-    What releases it without running on a resource, so that its end is not in `ends`, is followed further up.
-    """
-    stage = stages[key]
-    found = [item for item in stage.pieces if item != key]
-    todo = [release.after for release in stage.releases]
-    while todo:
-        item = todo.pop(0)
-        if item is not None and item not in found:
-            found.append(item)
-            todo += [release.after for release in stages[item].releases] if item not in ends else []
-    return found

@@ -12,11 +12,12 @@ from collections import deque
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from copy import copy
 from dataclasses import dataclass, field
+from fractions import Fraction
 from functools import cached_property, partial
 from typing import Any, TypeAlias
 
 from dse.analysis.scheduling.busy_window import Task, TaskKey, is_plain
-from dse.analysis.scheduling.event_models import EventModels, upstream
+from dse.analysis.scheduling.event_models import EventModels
 from dse.analysis.scheduling.growth import TooLongError, growth, steps_along
 from dse.analysis.scheduling.model import ChainKey, EndKey, Ends, LagKey, Resource, System
 from dse.analysis.scheduling.policies import accelerators, buses, chains, executors, preemptive
@@ -74,16 +75,28 @@ class Solution:
 
     def because(self, loss: Loss) -> tuple[TaskKey, ...]:
         """The stages without a bound because of which a stage has none; none where it has none by itself."""
-        stages, resource, entry = self.system.stages, loss.resource, loss.resource.entries[loss.position]
-        missing = [
-            resource.entries[position].key
-            for position in entry.before
-            if loss.tasks[position] is None and not executors.counts_once(resource, entry, position)
-        ]
-        members = {key[0] for key in stages[entry.key].pieces or (entry.key,)}
-        before = upstream(stages, entry.key, loss.ends)
-        missing += [key for key in before if key[0] not in members and loss.ends.get(key, 0) is None]
-        return tuple(dict.fromkeys(missing))
+        resource, entry = loss.resource, loss.resource.entries[loss.position]
+        events = self._known_at(loss).events
+        found: list[TaskKey] = []
+        for position in entry.before:
+            key = resource.entries[position].key
+            if loss.tasks[position] is None and not executors.counts_once(resource, entry, position):
+                found += [key] if self.ends[key] is None else events.endless_before(key)
+        members = {key[0] for key in self.system.stages[entry.key].pieces or (entry.key,)}
+        found += [key for key in events.endless_before(entry.key) if key[0] not in members]
+        return tuple(dict.fromkeys(found))
+
+    def overload(self, loss: Loss) -> Fraction | None:
+        """The share of its resource that a stage without a bound and what goes before it need, if that is all or more.
+
+        In the long run, as known when it turned out that it has no bound; None where that is less than all, or where
+        something of that has no bound itself.
+        """
+        needed = self._known_at(loss).share(loss.resource, loss.position)
+        return None if needed is None or needed < 1 else needed
+
+    def _known_at(self, loss: Loss) -> Windows:
+        return Windows(self.system, loss.ends, loss=loss)
 
     @cached_property
     def windows(self) -> Windows:
@@ -346,12 +359,13 @@ def _looks_beyond(resource: Resource) -> bool:
 class Windows:
     """The busy windows of a solved system, from which the parts of each response time are read."""
 
-    def __init__(self, system: System, ends: Ends, spans: Spans | None = None) -> None:
+    def __init__(self, system: System, ends: Ends, spans: Spans | None = None, *, loss: Loss | None = None) -> None:
+        """With a `loss` the stages of its resource come as they were known to come then."""
         self.system = system
         self.chains = {chain.key: chain for found in chains_in(system) for chain in found}
         self.events = EventModels(system.stages, ends, self.chains)
         self.segments = Segments(self.events, system.resources, {} if spans is None else dict(spans))
-        self._tasks: dict[int, list[Task | None]] = {}
+        self._tasks = {} if loss is None else {id(loss.resource): list(loss.tasks)}
         self._successions: dict[int, Succession] = {}
 
     def tasks(self, resource: Resource) -> list[Task | None]:
@@ -368,6 +382,25 @@ class Windows:
         """
         given = self.tasks(resource) if tasks is None else tasks
         return window_of(resource, position, given, self.succession(resource), self.segments)
+
+    def share(self, resource: Resource, position: int) -> Fraction | None:
+        """The share of a resource that a stage and what goes before it need; None where some of that has no bound."""
+        if resource.wire is not None:
+            window = buses.window_of(resource, position, self.tasks(resource))
+            return None if window is None else sum((item.utilisation for item in window.demand), Fraction(0))
+        entry, tasks = resource.entries[position], list(self.tasks(resource))
+        tasks[position] = self.events.bounded_task(entry.key)
+        counted: Sequence[Task] | None
+        if entry.executor is None:
+            counted = preemptive.rivals_of(resource, entry, tasks)
+        else:
+            known = tasks[position] is not None
+            found = executors.beside(resource, position, tasks, self.succession(resource)) if known else None
+            counted = None if found is None else found.sharing
+        if counted is None:
+            return None
+        given = [tasks[position], *(tasks[item] for item in entry.siblings), *counted]
+        return sum((item.utilisation for item in given if item is not None), Fraction(0))
 
     def succession(self, resource: Resource) -> Succession:
         """The chains of a resource."""

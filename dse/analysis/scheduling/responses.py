@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from fractions import Fraction
 from functools import cached_property
 from typing import Annotated, Any
 
@@ -26,6 +27,7 @@ from dse.analysis.scheduling.resolve import among, resolve, resolve_buses
 from dse.analysis.scheduling.subsets import Subsets
 from dse.analysis.scheduling.tasks import elapsed_ns, longest_alone_ns, task_keys
 from dse.analysis.scheduling.waits import blocking_name, stated_name
+from dse.analysis.terms import PPM
 from dse.analysis.views import View
 from dse.space.model.space import Space
 from dse.space.model.trees import at
@@ -56,6 +58,7 @@ class Response:
         *(Of("task.streams", "What releases it.", key="releases"), "switching_ns", "blocked_ns", "blocked_by"),
         *("delays", Of("parts.earlier_ns", default=0), Of("before_ns", default=0), Of("parts.over_ns", default=0)),
         *("response_ns", "deadline_ns", "meets_deadline", Of("because", default=())),
+        Of("needed_ppm", default=None),
     )
 
     component: int
@@ -87,6 +90,11 @@ class Response:
         "Of one without a bound the threads that have none themselves and because of which it has none; missing where "
         "there is none.",
     ] = ()
+    needed_ppm: Annotated[
+        Fraction | None,
+        "Of one without a bound of which no other is the cause: the share of its core that it and what goes before it "
+        "need, in ppm, where that is all or more; missing elsewhere.",
+    ] = None
     blocking_ns: Exact = 0
     blocking_name: str = ""
 
@@ -310,6 +318,7 @@ def _responses(space: Space, wanted: Sequence[TaskKey], view: View) -> Iterator[
         before_ns, whole = windows.since_thread(*place, window)
         loss = solution.loss_of(key)
         because = () if loss is None else solution.because(loss)
+        needed = None if loss is None or because else solution.overload(loss)
         yield Response(
             *key,
             resource.core + 1,
@@ -327,6 +336,7 @@ def _responses(space: Space, wanted: Sequence[TaskKey], view: View) -> Iterator[
             whole,
             before_ns,
             tuple(dict.fromkeys(stated_name(space, item) for item in because)),
+            None if needed is None else needed * PPM,
             entry.blocking_ns,
             blocking_name(space, entry) if entry.blocking_ns else "",
         )

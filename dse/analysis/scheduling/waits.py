@@ -15,10 +15,10 @@ from fractions import Fraction
 from typing import Annotated
 
 from dse.analysis.scheduling.busy_window import Task, TaskKey
-from dse.analysis.scheduling.fixed_point import Windows
+from dse.analysis.scheduling.fixed_point import Loss, Windows
 from dse.analysis.scheduling.model import Ends, Entry, Resource, System
 from dse.analysis.scheduling.parts import Delay, Parts
-from dse.analysis.scheduling.policies import chains, executors, preemptive
+from dse.analysis.scheduling.policies import chains
 from dse.analysis.scheduling.policies.preemptive import Preempted
 from dse.analysis.scheduling.policies.successions import sources_in
 from dse.analysis.scheduling.tasks import task_name
@@ -71,8 +71,8 @@ class Wait:
 class Waits(Windows):
     """Tells what the threads of a design wait for, as its response times are known."""
 
-    def __init__(self, space: Space, system: System, ends: Ends) -> None:
-        super().__init__(system, ends)
+    def __init__(self, space: Space, system: System, ends: Ends, *, loss: Loss | None = None) -> None:
+        super().__init__(system, ends, loss=loss)
         self.space = space
 
     def of_thread(self, key: TaskKey) -> tuple[Wait, ...] | None:
@@ -131,25 +131,6 @@ class Waits(Windows):
         parts = replace(parts, earlier_ns=waited - parts.waited_ns)
         name = ", ".join(told_name(self.space, key) for key in own)
         return (self._made(resource, lowest, work, parts, name),)
-
-    def share(self, key: TaskKey) -> tuple[Resource, Fraction | None]:
-        """The resource of a stage, and the share of that which it and what goes before it need.
-
-        None where some of that has no bound.
-        """
-        resource, position = self._place(key)
-        entry, tasks = resource.entries[position], self._tasks_beside(resource, position)
-        counted: Sequence[Task] | None
-        if entry.executor is None:
-            counted = preemptive.rivals_of(resource, entry, tasks)
-        else:
-            known = tasks[position] is not None
-            found = executors.beside(resource, position, tasks, self.succession(resource)) if known else None
-            counted = None if found is None else found.sharing
-        if counted is None:
-            return resource, None
-        given = [tasks[position], *(tasks[item] for item in entry.siblings), *counted]
-        return resource, sum((item.utilisation for item in given if item is not None), Fraction(0))
 
     def _alone(self, resource: Resource, position: int) -> Wait | None:
         """What a stage waits for from its own release on; None where it has no bound."""
