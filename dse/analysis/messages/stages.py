@@ -198,7 +198,8 @@ def bus_resource(space: Space, bus: int, view: View, released: Released) -> Reso
         classes = {number: at(space.connections[number].priority, view) for number in carried}
         return in_order(space, bus, sorted(carried, key=lambda number: -classes[number]), view, classes=classes)
     senders = [_sender(space, number) for number in carried]
-    alike = [set(carried) if arbitration == "fifo" else _alike(carried, senders, one) for one in senders]
+    is_apart = arbitration in ("none", "round_robin")
+    alike = [_alike(carried, senders, one) if is_apart else set(carried) for one in senders]
     entries, turns = [], []
     for position, number in enumerate(carried):
         rivals = tuple(at for at, other in enumerate(carried) if other in alike[position] and other != number)

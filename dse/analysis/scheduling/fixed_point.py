@@ -22,12 +22,11 @@ from dse.analysis.scheduling.growth import TooLongError, growth, steps_along
 from dse.analysis.scheduling.model import ChainKey, EndKey, Ends, LagKey, Resource, System
 from dse.analysis.scheduling.policies import accelerators, buses, chains, executors, preemptive
 from dse.analysis.scheduling.policies.accelerators import Served
-from dse.analysis.scheduling.policies.buses import Arbitrated, InTurn
+from dse.analysis.scheduling.policies.buses import OnBus
 from dse.analysis.scheduling.policies.chains import Chain, chains_in
 from dse.analysis.scheduling.policies.preemptive import Preempted
 from dse.analysis.scheduling.policies.segments import Segments, Spans
 from dse.analysis.scheduling.policies.successions import Succession, sources_in
-from dse.analysis.scheduling.policies.transmit_queues import QueuedMessage
 from dse.support.timelimit import look_at_the_clock
 from dse.support.units import Exact
 
@@ -40,7 +39,7 @@ WORTH = 16
 MOST_ALIKE = 4
 """After so many rounds at most growth may repeat: jitter goes from core to core."""
 
-Window: TypeAlias = Preempted | Served | Arbitrated | InTurn | QueuedMessage
+Window: TypeAlias = Preempted | Served | OnBus
 """What decides how long a stage takes on its resource: `response_ns()`, and `parts()` of it."""
 
 

@@ -27,6 +27,7 @@ from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import lru_cache, partial
 from operator import is_
+from typing import TypeAlias
 
 from dse.analysis.scheduling.busy_window import (
     PLAIN,
@@ -235,9 +236,11 @@ class InTurn:
         return min(ways, key=load)
 
 
-def window_of(
-    resource: Resource, position: int, tasks: Sequence[Task | None]
-) -> Arbitrated | InTurn | QueuedMessage | None:
+OnBus: TypeAlias = Arbitrated | InTurn | QueuedMessage
+"""What decides how long a message takes on its bus."""
+
+
+def window_of(resource: Resource, position: int, tasks: Sequence[Task | None]) -> OnBus | None:
     """The busy window that decides the response time of a message on a bus; None where it has no bound.
 
     Of less urgent messages one may be in the way, however often it comes. Where senders take turns that is so of each
