@@ -19,7 +19,7 @@ from typing import NamedTuple
 
 from dse.analysis.limits import HOLDS
 from dse.analysis.placement.priority_assignment import Latest, best_options
-from dse.analysis.scheduling.busy_window import Task, most_jobs, response_time_ns
+from dse.analysis.scheduling.busy_window import Task, TaskKey, most_jobs, response_time_ns
 from dse.analysis.scheduling.event_models import EventModels
 from dse.analysis.scheduling.model import Stage
 from dse.analysis.scheduling.order import turns_of
@@ -28,7 +28,6 @@ from dse.analysis.scheduling.policies.coupled import is_coupled
 from dse.analysis.scheduling.priorities import most_levels, number_of, order_ns
 from dse.analysis.scheduling.resolve import reader, with_senders
 from dse.analysis.scheduling.responses import UNBOUNDED_NS, counted_ns, subset_responses
-from dse.analysis.scheduling.tasks import TaskKey
 from dse.analysis.views import View
 from dse.space.model.space import OpenPriority, Space
 from dse.support.units import Exact

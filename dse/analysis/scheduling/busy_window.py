@@ -18,12 +18,14 @@ from heapq import merge
 from itertools import count, islice, repeat, takewhile
 from math import gcd, lcm
 from operator import ge
-from typing import Annotated, NamedTuple
+from typing import Annotated, Literal, NamedTuple, TypeAlias
 
-from dse.analysis.scheduling.tasks import TaskKey
 from dse.support.timelimit import look_at_the_clock
 from dse.support.units import Exact, Rounded
 
+Part: TypeAlias = Literal["thread", "callback", "message"]
+TaskKey: TypeAlias = tuple[int, Part]
+"""A thread or device by its number and which of its tasks, or a connection by its number and ``message``."""
 STEPS_A_LOOK = 256
 """The number of steps, about a millisecond, between two looks at the clock."""
 MOST_STEPS = 100_000
@@ -116,6 +118,18 @@ class BusyJob(NamedTuple):
     end_ns: Exact
     earlier: int
     released_ns: Exact
+
+
+@dataclass(frozen=True, slots=True)
+class Kin:
+    """Those of the rivals of a task of which no job waits while a job of it does, and what its own chain may leave.
+
+    They are threads before and behind it in its chain, of which a job always ends before the next one is released.
+    `under_way_ns` is how much work of a job of its own that was released before the busy period may be in it.
+    """
+
+    rivals: tuple[Task, ...] = ()
+    under_way_ns: Exact = 0
 
 
 def is_plain(task: Task) -> bool:
@@ -212,8 +226,7 @@ def response_time_ns(
     task: Task,
     higher: Sequence[Task],
     blocked_ns: Exact = 0,
-    kin: Sequence[Task] | None = None,
-    under_way_ns: Exact = 0,
+    kin: Kin | None = None,
     source: Task | None = None,
 ) -> Exact | None:
     """The worst time from the release of a job to its end; None when it is not bounded.
@@ -228,10 +241,7 @@ def response_time_ns(
         how long less urgent work may keep the core, at most, once it has begun; a bound is then one that is not
         reached, but approached.
     kin
-        those of `higher` of which no job waits while a job of the task does: threads before and behind it in its chain,
-        of which a job always ends before the next one is released; None where no such thing is known.
-    under_way_ns
-        with `kin`: how much work of a job of its own that was released before the busy period may be in it.
+        those of `higher` of which no job waits while a job of the task does; None where no such thing is known.
     source
         what releases the task, each job one job of it; the time is then that from the latest release that there can be
         to the end. Jobs are as far apart as those of the source, however close their releases come
@@ -249,7 +259,7 @@ def response_time_ns(
     """
     if task.worst_ns == 0:
         return 0
-    found = worst_job_ns(task, higher, blocked_ns, kin, under_way_ns, source)
+    found = worst_job_ns(task, higher, blocked_ns, kin, source)
     return None if found is None else found.end_ns - found.over_ns
 
 
@@ -257,8 +267,7 @@ def worst_job_ns(
     task: Task,
     higher: Sequence[Task],
     blocked_ns: Exact = 0,
-    kin: Sequence[Task] | None = None,
-    under_way_ns: Exact = 0,
+    kin: Kin | None = None,
     source: Task | None = None,
 ) -> BusyJob | None:
     """Release and end of the job that responds last, from the beginning of its busy period; see `response_time_ns`.
@@ -290,6 +299,7 @@ def worst_job_ns(
     releases = releases_to_look_at_ns(task, rivals)
     apart = None if source is None else densest_releases_ns(source)
     released: Exact = next(releases)
+    under_way_ns = 0 if kin is None else kin.under_way_ns
     work = _Work(rivals, blocked_ns + under_way_ns)
     for earlier in count():
         busy = work.done_by(task.worst_ns, earlier)
@@ -299,7 +309,7 @@ def worst_job_ns(
         for job in work.jobs(task, earlier, released, busy):
             over = max(least, job.released_ns)
             if kin is not None:
-                there = in_window_of(kin, earlier, job.released_ns)
+                there = in_window_of(kin.rivals, earlier, job.released_ns)
                 before = earlier * task.worst_ns + sum(most_jobs(one, job.end_ns) * one.worst_ns for one in there)
                 over = max(over, under_way_ns + before)
             if job.end_ns - over > worst.end_ns - worst.over_ns:

@@ -22,13 +22,14 @@ from typing import Any
 
 from dse.analysis.binding import transmission_ns
 from dse.analysis.messages.stages import counted_buses
+from dse.analysis.scheduling.busy_window import TaskKey
 from dse.analysis.scheduling.fixed_point import solve
 from dse.analysis.scheduling.model import EndKey
 from dse.analysis.scheduling.order import Schedule, Turn
 from dse.analysis.scheduling.policies.coupled import before_on_core, behind_next
 from dse.analysis.scheduling.resolve import resolve
 from dse.analysis.scheduling.responses import UNBOUNDED_NS, all_responses, counted_ns
-from dse.analysis.scheduling.tasks import TaskKey, alone_ns, elapsed_ns
+from dse.analysis.scheduling.tasks import alone_ns, elapsed_ns
 from dse.analysis.views import View
 from dse.questions.robust.worst_case import Box, Corner, Worst
 from dse.questions.sensitivity.design_function import DesignFunction, OutputComparison

@@ -17,12 +17,10 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any, NamedTuple, TypeAlias
 
-from dse.analysis.scheduling.busy_window import Behind, Stream, Task
+from dse.analysis.scheduling.busy_window import Behind, Stream, Task, TaskKey
 from dse.analysis.scheduling.event_models import EventModels, once
 from dse.analysis.scheduling.model import Resource, Stage
-from dse.analysis.scheduling.tasks import TaskKey
-from dse.analysis.terms import picked
-from dse.support.units import Exact
+from dse.support.units import Exact, picked
 
 MOST_ON_WAY = 16
 """The greatest number of messages on their way that is told."""
@@ -113,8 +111,8 @@ def cases_in_window(
     """The stages of a resource as they come in a busy window of the priority of one of them, in each case there is.
 
     `tasks` are they as they come at any time; None is one that comes without a bound, `NOT_THERE` one that does not
-    come. The window is that of the stages from that at a position to another one, its `ends`, in so many `pieces` between
-    which they are under way (None: as many as come). Each of these may begin behind another less urgent thread.
+    come. The window is that of the stages from that at a position to another one, its `ends`. They are under way
+    between so many `pieces` (None: as many as come), each of which may begin behind another less urgent thread.
     """
     first, last = ends
     stated = events.stages[level].stated

@@ -12,12 +12,10 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import cached_property, reduce
 from itertools import islice
 
-from dse.analysis.scheduling.busy_window import Task
-from dse.analysis.scheduling.event_models import EventModels
+from dse.analysis.scheduling.busy_window import Task, TaskKey
+from dse.analysis.scheduling.event_models import EventModels, apart_ns
 from dse.analysis.scheduling.model import Entry, Resource, Stage, System
 from dse.analysis.scheduling.policies.coupled import OnWay, behind_on_core, cases_in_window, has_coupled
-from dse.analysis.scheduling.policies.segments import apart_ns
-from dse.analysis.scheduling.tasks import TaskKey
 from dse.support.units import Exact
 
 MOST_THREADS = 32
@@ -180,25 +178,20 @@ class Succession:
         return self._behind[key]
 
     @cached_property
-    def relatives_there(self) -> Mapping[int, frozenset[int]]:
-        """For each stage its rivals that come before or after it in its chain, where there are any, by position.
+    def has_relatives(self) -> bool:
+        """Whether a stage of the resource may go before one that comes before or after it in its chain.
 
         Of stages that only priorities schedule.
         """
         entries, stages = self.resource.entries, self.events.stages
         if not any(stages[entry.key].follows is not None for entry in entries):
-            return {}
-        above, found = self._above, {}
-        for position, mine in above.items():
-            key = entries[position].key
-            related = frozenset(
-                other
-                for other in entries[position].rivals
-                if other in above and (entries[other].key in mine or key in above[other])
-            )
-            if related:
-                found[position] = related
-        return found
+            return False
+        above = self._above
+        return any(
+            other in above and (entries[other].key in mine or entries[position].key in above[other])
+            for position, mine in above.items()
+            for other in entries[position].rivals
+        )
 
     @cached_property
     def _above(self) -> Mapping[int, frozenset[TaskKey]]:
@@ -228,14 +221,12 @@ class Succession:
 
         Positions; such rivals come before the first of the chain or after its last, and are over when it is released.
         """
-        if not self.relatives_there:
+        if not self.has_relatives:
             return frozenset()
         entries, above = self.resource.entries, self._above
         first, last = entries[members[0]].key, entries[members[-1]].key
-        before, keys = (
-            above.get(members[0], frozenset()),
-            {other: entries[other].key for other in rivals if other in above},
-        )
+        before = above.get(members[0], frozenset())
+        keys = {other: entries[other].key for other in rivals if other in above}
         return frozenset(
             other
             for other, key in keys.items()
