@@ -120,7 +120,11 @@ def cases_in_window(
         return [tasks]
     found: list[Task | None] = []
     behind: dict[TaskKey, list[int]] = {}
+    first_key = resource.entries[first].key
     for position, (entry, task) in enumerate(zip(resource.entries, tasks, strict=True)):
+        if not behind_of(entry.key):
+            found.append(task)
+            continue
         stage = events.stages[entry.key]
         passed, less_urgent = _up_to_head(events.stages, stage, stated.priority)
         comes = task if len(passed) == 1 else events.released_as(stage.key, passed[-1].key)
@@ -135,9 +139,9 @@ def cases_in_window(
             comes = replace(once(stage) if comes is None else comes, most=most * pieces)
         if pieces == 1 and position != first and comes is not None:
             sooner = _least(item.most_sooner for item in known if item.before.key == last)
-            reach = _least(item.longest_ns for item in known if item.before.key == resource.entries[first].key)
             if sooner is not None:
-                comes = replace(comes, behind=_behind(events, resource.entries[first].key, sooner, reach))
+                reach = _least(item.longest_ns for item in known if item.before.key == first_key)
+                comes = replace(comes, behind=_behind(events, first_key, sooner, reach))
         found.append(comes)
     if not behind:
         return [found]
