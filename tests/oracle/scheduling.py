@@ -174,7 +174,7 @@ class Scheduling:
         if shares is None:
             return None
         cases = list(self.windows.successors.cases(job, job, job, here))
-        if self.windows.is_over_somewhere(job, here) or any(case.behind for case in cases):
+        if self.windows.is_over_somewhere(job, here) or any(case.has_limits for case in cases):
             return self.windows.single(job, here, shares)
         return greatest([self._in_case(job, case, shares) for case in cases])
 

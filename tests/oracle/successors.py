@@ -35,6 +35,11 @@ class Case(NamedTuple):
     rivals: Mapping[Job, Releases | None]
     behind: Mapping[Job, int]
 
+    @property
+    def has_limits(self) -> bool:
+        """Whether some jobs come so many times only, or no more often than others end."""
+        return bool(self.behind) or any(each is not None and each.most is not None for each in self.rivals.values())
+
 
 class OnWay(NamedTuple):
     """Of the jobs of a thread that have ended by a time, or before it, the most that release another one since then."""
@@ -99,7 +104,8 @@ class Successors:
         """How many jobs are on their way from the end of one thread to the release of another one behind it."""
         chains, chain = self.known.chains, self.known.chains.chain(job[0])
         between = chain[chain.index(sender[0]) + 1 : -1]
-        ways = sum((chains.way(name) for name in [*between, job[0]]), Fraction(0))
+        last = chains.way(job[0])
+        ways = last + (chains.way(between[0]) if between else 0)
         is_cut = self.known.section(sender[0]) > 0
         by: list[int] = []
         before: list[int] = []
@@ -112,7 +118,7 @@ class Successors:
                 before += [number for number in range(1, MOST_ON_WAY + 1) if ways <= number * shortest][:1]
         releases, takes = self.known.releases(sender), self.known.windows.bound([sender[0], *between])
         apart = None if releases is None else distance(releases)
-        if takes is not None and apart is not None and takes + ways <= apart:
+        if takes is not None and apart is not None and takes + last <= apart:
             by.append(1)
             before.append(1)
         rest, passed = self.known.windows.bound(between), self.known.leaving(sender[0])

@@ -10,10 +10,11 @@ from bisect import bisect_left
 from collections.abc import Container, Iterator, Mapping, Sequence
 from fractions import Fraction
 from itertools import count
+from math import lcm
 from typing import TYPE_CHECKING, NamedTuple, TypeAlias
 
 from .pieces import distance
-from .stretches import MOST_PLAYED, Releases, has_no_end
+from .stretches import MOST_PLAYED, Releases, has_no_end, kept_apart
 from .successors import Case, Successors
 
 if TYPE_CHECKING:
@@ -26,11 +27,10 @@ Row: TypeAlias = tuple[str, ...]
 class Rival(NamedTuple):
     """What goes first: when its jobs come, how long each takes, and whether they are over.
 
-    Until the end of a job of the window come no more than so many `behind` it, and one for each job before that one;
-    only so many come of what may be late without a bound.
+    Until the end of a job of the window come no more than so many `behind` it, and one for each job before that one.
     """
 
-    releases: Releases | None
+    releases: Releases
     work: Fraction
     is_over: bool = False
     behind: int | None = None
@@ -161,10 +161,9 @@ class Windows:
         """What goes first in busy windows of a kind; None where some of it may be late without a bound."""
         found = []
         for job, releases in case.rivals.items():
-            behind = case.behind.get(job)
-            if releases is None and behind is None:
+            if releases is None:
                 return None
-            found.append(Rival(releases, Fraction(self.known.times(job)[1]), job in over, behind))
+            found.append(Rival(releases, Fraction(self.known.times(job)[1]), job in over, case.behind.get(job)))
         return found
 
     # Windows and lags
@@ -261,7 +260,7 @@ class Windows:
             return Fraction(0)
         tail = Fraction(sum(self.known.times((name, "timer"))[1] for name in row[breaks[0] :]))
         alone = (Releases(()), blocked + tail)
-        is_endless = has_no_end([alone, *((each.releases, each.work) for each in rivals if each.releases)], 0)
+        is_endless = has_no_end([alone, *((each.releases, each.work) for each in rivals)], 0)
         ends = None if is_endless else self._least(blocked + tail, rivals)
         releases, takes = self.known.releases((row[0], "timer")), self.bound(row)
         most = None if releases is None else distance(releases)
@@ -280,10 +279,8 @@ class Windows:
 
     def _came_of(self, rival: Rival, end: Fraction, ended: int | None) -> int:
         """Jobs of a rival in [0, end), of which so many jobs of the window have `ended` before."""
-        found = [] if rival.releases is None else [self._came(rival.releases, end)]
-        if rival.behind is not None and ended is not None:
-            found.append(ended + rival.behind)
-        return min(found)
+        count = self._came(rival.releases, end)
+        return count if rival.behind is None or ended is None else min(count, ended + rival.behind)
 
     def _least(
         self, work: Fraction, rivals: Sequence[Rival], since: Fraction = Fraction(0), ended: int | None = None
@@ -312,10 +309,11 @@ class Windows:
 
         With `ends` each job has ended when the next one comes. What has `begun` goes before all, and the `tail`.
         """
-        every = [(own, work), *((_in_the_long_run(each, own), each.work) for each in rivals)]
+        every = [(own, work), *((each.releases, each.work) for each in rivals)]
         if has_no_end(every, 1 if begun + tail else 0):
             return None
         found = last = Fraction(0)
+        last_job = self._last_job(own, every)
         for job in count(1):
             now = self._least(begun + tail + job * work, rivals, last, job - 1)
             if now is None:
@@ -330,14 +328,23 @@ class Windows:
             found = max(found, now - max(release, past))
             following = self._dense(own).at(job)
             all_done = self._least(begun + tail + job * work, rivals, last, job)
-            if following is None or (all_done is not None and all_done <= following):
+            if following is None or job == last_job or (all_done is not None and all_done <= following):
                 return found
         raise AssertionError
 
+    def _last_job(self, own: Releases, every: Sequence[tuple[Releases, Fraction]]) -> int | None:
+        """The job from which on those of a core without any idle time are as late as before.
 
-def _in_the_long_run(rival: Rival, own: Releases) -> Releases:
-    """How often a rival comes: what comes behind a window only as often as that, where it may be late for ever."""
-    return own if rival.releases is None else rival.releases
+        These are all that come before whatever comes so many times only has come, and in the hyperperiod behind that.
+        """
+        if own.most is not None or sum(releases.often * work for releases, work in every) < 1:
+            return None
+        endless = [releases for releases, _ in every if releases.most is None]
+        hyperperiod = lcm(*(period for releases in endless for period, _ in kept_apart(releases)))
+        latest = [self._dense(releases).at((releases.most or 1) - 1) for releases, _ in every if releases.most]
+        return self._came(
+            own, max((each for each in latest if each is not None), default=Fraction(0)) + 2 * hyperperiod
+        )
 
 
 class Dense:
