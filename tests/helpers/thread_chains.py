@@ -60,7 +60,7 @@ def longest(own: Stream, rivals: Sequence[Stream], blocked: int, *, own_over: bo
     """
     every = [each for each in (own, *rivals) if each.comes.most is None]
     load = sum((Fraction(each.work, each.comes.period) for each in every), Fraction(0))
-    latest = max([blocked, *(each.comes.late for each in every if each.comes.behind is None)])
+    latest = max([blocked, *(each.comes.late for each in every)])
     if load > 1 or latest >= LATE // 2 or (load == 1 and latest):
         return LATE
 
@@ -80,8 +80,8 @@ def longest(own: Stream, rivals: Sequence[Stream], blocked: int, *, own_over: bo
         ran = (job - 1) * own.work if own_over else 0
         ran += sum(each.came(end, job - 1) for each in rivals if each.is_over) if own_over else 0
         found = max(found, end - max(counted.soonest(job), ran))
-        if ends(job, job, end) <= own.soonest(job + 1):
-            return found
+        if ends(job, job, end) <= own.soonest(job + 1) or (load == 1 and end > MOST_MS // 2):
+            return found  # where there is as much work as time, all jobs of the hyperperiod before are as late
     raise AssertionError
 
 
