@@ -21,12 +21,12 @@ from dse.analysis.scheduling.overheads import switching_ns
 from dse.analysis.scheduling.priorities import number_of
 from dse.analysis.scheduling.responses import UNBOUNDED_NS
 from dse.analysis.scheduling.tasks import alone_ns, task_keys
-from dse.analysis.terms import ZERO, Term, picked
+from dse.analysis.terms import ZERO, Term
 from dse.analysis.views import View
 from dse.space.model.flows import Flow, Step
 from dse.space.model.space import Component, Space
 from dse.space.model.trees import at
-from dse.support.units import Exact
+from dse.support.units import Exact, picked
 
 
 def skipped_terms(space: Space, flow: Flow, kind: str) -> Iterator[Term]:
