@@ -297,16 +297,15 @@ class DesignFunction:
     def exact(self, values: Values) -> list[Fraction]:
         """The outputs at exact inputs.
 
-        Exact fractions in the order of `outputs`, by the program where it applies (its guards hold at these values),
-        else by the analysis.
+        Exact fractions in the order of `outputs`, by the program of the file's values where it applies (its guards hold
+        at these values), else by the analysis, which is quicker than another program for one place.
         """
-        if not self.applies:
-            return self.analysed(values)
-        try:
-            program, steps = self.program_at(values)
-        except TooManyGuardsError:
-            return self.analysed(values)
-        return [steps[number] for number in program.outputs]
+        if self.applies:
+            program = self.programs[0]
+            steps = steps_or_none(program, self.inputs_of(values))
+            if steps is not None and program.holds(steps):
+                return [steps[number] for number in program.outputs]
+        return self.analysed(values)
 
     def sampled(self, columns: Mapping[int, Any], size: int) -> list[Any]:
         """The outputs for `size` samples as arrays of floats; `columns` has those of the variables that vary, by index.
