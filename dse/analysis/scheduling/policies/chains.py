@@ -143,7 +143,8 @@ def window_of(
     first, last = (resource.entries[chain.members[place]].key for place in (0, -1))
     is_apart = succession.are_apart(first, last)
     pieces = 1 + len(chain.breaks) if is_apart or not chain.breaks else None
-    cases = succession.cases(resource.entries[chain.lowest].key, chain.members[0], tasks, pieces)
+    ends = chain.members[0], chain.members[-1]
+    cases = succession.cases(resource.entries[chain.lowest].key, ends, tasks, pieces)
     return longest([_window_of(resource, chain, case, succession, is_apart=is_apart) for case in cases])
 
 

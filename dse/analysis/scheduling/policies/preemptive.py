@@ -6,7 +6,16 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 
-from dse.analysis.scheduling.busy_window import PLAIN, Kin, Task, is_plain, most_jobs, response_time_ns, worst_job_ns
+from dse.analysis.scheduling.busy_window import (
+    PLAIN,
+    Kin,
+    Task,
+    in_window_of,
+    is_plain,
+    most_jobs,
+    response_time_ns,
+    worst_job_ns,
+)
 from dse.analysis.scheduling.model import Entry, Resource
 from dse.analysis.scheduling.parts import Parts, before_job
 from dse.analysis.scheduling.policies.coupled import NOT_THERE
@@ -70,8 +79,9 @@ class Preempted:
         found = worst_job_ns(self.task, self.rivals, self.blocked_ns, self.kin, self.source)
         if found is None:
             return None
-        over, end = found
-        jobs = [(item, most_jobs(item, end)) for item in self.rivals]
+        over, end, earlier, released = found
+        there = in_window_of(self.rivals, earlier, released)
+        jobs = [(item, most_jobs(one, end)) for item, one in zip(self.rivals, there, strict=True)]
         kin = set(map(id, () if self.kin is None else self.kin.rivals))  # tasks of other threads may be equal
         taken = sum(number * item.worst_ns for item, number in jobs if id(item) in kin)
         if taken and taken <= over:
@@ -116,7 +126,7 @@ def window_of(
     """
     entry = resource.entries[position]
     over = succession.over_before((position,), entry.rivals)
-    cases = succession.cases(entry.key, position, tasks)
+    cases = succession.cases(entry.key, (position, position), tasks)
     return longest([_window_of(resource, position, case, over) for case in cases])
 
 
