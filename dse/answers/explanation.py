@@ -16,7 +16,7 @@ from dse.analysis.diagnosis.shortening import Shorter
 from dse.analysis.latency.offset_advice import Boundary
 from dse.analysis.messages.late import LateMessage
 from dse.answers.base import Answer, to_file
-from dse.answers.question_data import BY_WAITING, ExplainedProblem, Origin
+from dse.answers.question_data import BY_WAITING, WAITING, ExplainedProblem, Origin, WaitingCounted
 from dse.answers.result import csv_text
 from dse.answers.tables.frames import mixed_frame
 from dse.support.errors import EXIT_COMPLETE, EXIT_INCOMPLETE, EXIT_NO
@@ -280,7 +280,7 @@ class Explanation(Answer):
     WRITTEN = (
         *("problem", "status", "complete", "left_open", "design", "conflicts", "every", "limited", "reduced"),
         *("relaxations", "give_up", "least", "impossible", "without_waiting", "excluded", "offered", "offers"),
-        *(Of("effort", key="search"), "safe_bounds"),
+        *(Of("effort", key="search"), "safe_bounds", "waiting"),
     )
 
     problem: Annotated[Origin, "Which problem was explained.", Json(kind=ExplainedProblem)]
@@ -324,6 +324,7 @@ class Explanation(Answer):
         "Where all conflicts rest on response times that are safe bounds, which need not be reached: why they are, "
         "each reason with the threads. Else empty.",
     ] = field(default_factory=dict)
+    waiting: Annotated[Mapping[str, list[str]], WAITING, Json(kind=WaitingCounted)] = field(default_factory=dict)
 
     @property
     def effort(self) -> Annotated[Explanation, Json(kind=Effort)]:
