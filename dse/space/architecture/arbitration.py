@@ -70,7 +70,7 @@ def with_arbitration(ledger: Ledger, spec: Spec, buses: Sequence[Bus], wires: Se
         for number in reached:
             on_bus.setdefault(number, []).append(wire)
         stated = spec.connections.get(wire.name)  # none of a reply
-        if stated is not None and wire.identifier is not None and not stated.bus:
+        if stated is not None and stated.identifier is not None and not stated.bus:
             ledger.error(("connections", wire.name, "identifier"), "an identifier is that of a message on a `bus`")
         is_local = stated is not None and bool(stated.bus) and not reached  # its ends share a processor
         is_asked = stated is not None and stated.priority is not None and not is_local
@@ -155,12 +155,16 @@ def _missing(
     kinds: Mapping[str, Arbitration | None],
     wires: Sequence[Connection],
 ) -> Iterator[str]:
-    """What keeps the waiting for a bus with these `wires` from being counted, the first first."""
+    """What keeps the waiting for a bus with these `wires` from being counted, the first first.
+
+    A connection that is always carried in a message has the identifier or priority of that: its carrier is named.
+    """
+    ordered = [wire for wire in wires if wire.carried_in is None or None in set(leaves(wire.carried_in))]
     yield from (f"{name} states no `arbitration`" for name, kind in kinds.items() if kind is None)
     if "classes" in kinds.values():
-        yield from _said("no `priority`", [wire for wire in wires if None in set(leaves(wire.priority))])
+        yield from _said("no `priority`", [wire for wire in ordered if None in set(leaves(wire.priority))])
     if "priority" in kinds.values():
-        yield from _said("no `identifier`", [wire for wire in wires if None in set(leaves(wire.identifier))])
+        yield from _said("no `identifier`", [wire for wire in ordered if None in set(leaves(wire.identifier))])
     yield from _said("no `data_size`", [wire for wire in wires if None in set(leaves(wire.size_bytes))])
     yield from _said("several buses at once", [wire for wire in wires if _is_on_several(buses, wire)])
 
