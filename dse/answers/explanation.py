@@ -90,7 +90,7 @@ class Why(Data):
         "The readers on the clock of the timer before them, along the flows whose limits it violates.",
     ]
     shorter: Annotated[tuple[Shorter, ...], "Shorter times with each of which alone all that is asked holds in it."]
-    late_messages: Annotated[tuple[LateMessage, ...], "The messages that end too late in it."]
+    late_messages: Annotated[tuple[LateMessage, ...], "The messages that end too late in it, or wait in flows that do."]
 
 
 OF_DEMAND = ("demand.kind", "demand.text", "demand.origin")
@@ -108,7 +108,7 @@ OF_EXAMPLE = (
         "The readers on the clock of the timer before them, along the flows whose limits the example violates.",
     ),
     Of("example.shorter", "Shorter times with each of which alone all that is asked holds in the example."),
-    Of("example.late_messages", "The messages that end too late in the example."),
+    Of("example.late_messages", "The messages that end too late in the example, or wait in flows that do."),
 )
 
 

@@ -279,3 +279,42 @@ def test_the_robust_order_in_the_search() -> None:
     result = dse.solve(dse.loads(text))
     assert result.front
     assert not dse.verify(result).findings
+
+
+@pytest.mark.parametrize("seed", cases(6, 60))
+def test_an_identifier_that_is_named_makes_a_flow_as_fast_as_is_said(seed: int) -> None:
+    """The least urgent place that is enough: the flow keeps its limit there, and not right behind that message."""
+    rng = Random(seed)
+    count = rng.randint(3, 6)
+    lines = ["dse: 1", "name: flow", "bus_types: {can: {bandwidth: 125 kbit/s, frame: can}}", "buses: {b: {type: can}}"]
+    lines += [
+        "devices:",
+        "  sink: {}",
+        *(f"  d{one}: {{period: {rng.choice([10, 20, 50])} ms}}" for one in range(count)),
+    ]
+    lines += ["connections:"]
+    for one in range(count):
+        size = rng.randint(1, 8)
+        lines += [
+            f"  m{one}: {{from: d{one}, to: sink, port: data, data_size: {size} B, bus: b, identifier: {8 * one + 8}}}"
+        ]
+    number = rng.randint(1, count - 1)
+    lines += [f"flows: {{f: {{path: [d{number}, m{number}, sink]}}}}"]
+    text = "\n".join(lines)
+    problem = dse.loads(text)
+    latency = int(dse.analyse(problem).metrics["latency of f"])
+    limit = latency - rng.randint(1, latency // 2)
+    found = dse.explain(problem, require=[f"latency of f <= {limit} ns"])
+    (late,) = found.conflicts[0].members[0][1].late_messages
+    assert late.flow.startswith("latency of f <= ") and late.late_ns == latency - limit
+    own = f"identifier: {8 * number + 8}}}"
+    kept = [
+        one
+        for one in range(number)
+        if int(dse.analyse(dse.loads(text.replace(own, f"identifier: {8 * one + 7}}}"))).metrics["latency of f"])
+        <= limit
+    ]
+    assert late.before == (f"m{kept[-1]}" if kept else None)
+    assert late.identifier == (8 * kept[-1] + 7 if kept else None)
+    said = late_message_words(late)
+    assert f"m{number} ({8 * number + 8:#x}) waits " in said and ("right before" in said) == bool(kept)
