@@ -11,7 +11,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 
 from dse.space.architecture.carriers import carriers
-from dse.space.model.space import EMPTY, UNKNOWN_TYPE, Arbitration, Bus, Connection
+from dse.space.model.metric_kinds import flows_in
+from dse.space.model.space import EMPTY, UNKNOWN_TYPE, Arbitration, Bus, Connection, Space
 from dse.space.model.trees import leaves
 from dse.space.properties import Ledger, type_choice
 from dse.spec.schema.fields import ANY_IDENTIFIER, MOST_IDENTIFIER
@@ -103,6 +104,33 @@ def with_arbitration(ledger: Ledger, spec: Spec, buses: Sequence[Bus], wires: Se
     return tuple(found)
 
 
+def untraded_orders(space: Space) -> Iterator[str]:
+    """The orders of messages with any identifier that are no designs, where another could be better for some flow.
+
+    A clause for each bus on which a rule places several messages of the flows that are asked about.
+    """
+    asked = [item.metric for item in space.requirements] + [item.metric for item in space.objectives]
+    flows = frozenset(name for metric in asked for name in flows_in(space, metric))
+    steps = [step for flow in space.flows if flow.name in flows for step in flow.steps if step.kind == "connection"]
+    wires = [space.connections[number] for number in dict.fromkeys(step.index for step in steps)]
+    placed = [wire for wire in wires if ANY_IDENTIFIER in set(leaves(wire.identifier)) and not _is_carried(wire)]
+    is_counted = space.profile == "dse" and space.bus_queuing == "counted"
+    for number, bus in enumerate(space.buses if is_counted else ()):
+        names = [wire.name for wire in placed if number in carriers(space.buses, wire)]
+        if len(names) > 1 and "priority" in set(leaves(bus.arbitration)):
+            more = f" and {len(names) - MOST_SHOWN} more" if len(names) > MOST_SHOWN else ""
+            yield (
+                f"messages with any identifier on {bus.name} have the order that the rule {bus.assignment} gives: "
+                f"designs with another order of {', '.join(names[:MOST_SHOWN])}{more}, which could trade between "
+                "flows, are left out; list identifiers to include them"
+            )
+
+
+def _is_carried(wire: Connection) -> bool:
+    """Whether a connection is in the message of another one in each design."""
+    return wire.carried_in is not None and None not in set(leaves(wire.carried_in))
+
+
 def _may_be_ordered(spec: Spec, buses: Sequence[Bus], reached: Sequence[int]) -> bool:
     """Whether one of these buses may be Ethernet on which priorities decide."""
     names = {name for number in reached for name in buses[number].types}
@@ -159,7 +187,7 @@ def _missing(
 
     A connection that is always carried in a message has the identifier or priority of that: its carrier is named.
     """
-    ordered = [wire for wire in wires if wire.carried_in is None or None in set(leaves(wire.carried_in))]
+    ordered = [wire for wire in wires if not _is_carried(wire)]
     yield from (f"{name} states no `arbitration`" for name, kind in kinds.items() if kind is None)
     if "classes" in kinds.values():
         yield from _said("no `priority`", [wire for wire in ordered if None in set(leaves(wire.priority))])
