@@ -11,6 +11,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Generic, TypeVar
 
+from dse.space.model.arrivals import CyclicActivation
 from dse.space.model.space import Decision, Space
 from dse.space.model.trees import NotOffered, consulted
 from dse.support.timelimit import look_at_the_clock
@@ -68,10 +69,6 @@ class Undecided(Exception):
 
     def __init__(self, decision: int) -> None:
         self.decision = decision
-
-
-class CyclicActivation(Exception):
-    """Event-triggered components dispatch each other in a cycle: the design has no rates."""
 
 
 class PartialView(View):

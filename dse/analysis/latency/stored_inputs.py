@@ -20,13 +20,12 @@ from dse.analysis.memo import Recall
 from dse.analysis.messages.stages import counted_buses
 from dse.analysis.rates import NS_PER_S, arrivals, is_event_triggered, is_joined, passes_rates_on, rate_hz
 from dse.analysis.scheduling.responses import NO_BOUND, UNBOUNDED_NS
-from dse.analysis.terms import picked
 from dse.analysis.views import View
 from dse.space.model.arrivals import BY_INPUTS
 from dse.space.model.flows import Step
 from dse.space.model.space import Component, Space
 from dse.space.model.trees import at, leaves
-from dse.support.units import Exact
+from dse.support.units import Exact, picked
 
 
 def stored_row(space: Space, step: Step, component: Component, view: View) -> Row | None:
@@ -159,7 +158,7 @@ def _distances(space: Space, number: int, view: View) -> dict[int, Distance]:
     todo, begun, in_cycles = [number], set[int](), False
     while todo:
         top = todo[-1]
-        missing = [item for item in _before(space, top, view) if item not in distances] if top not in distances else []
+        missing = [item for item in senders(space, top, view) if item not in distances] if top not in distances else []
         if top in distances:
             todo.pop()
         elif not missing or all(item in begun for item in missing):
@@ -175,8 +174,8 @@ def _distances(space: Space, number: int, view: View) -> dict[int, Distance]:
     return distances
 
 
-def _before(space: Space, number: int, view: View) -> list[int]:
-    """The components whose jobs dispatch a component, of a thread with segments its first piece."""
+def senders(space: Space, number: int, view: View) -> list[int]:
+    """The components whose jobs release a component, by index; of a thread with segments its first piece."""
     component = space.components[number]
     wires = component.triggers if passes_rates_on(component, view) else ()
     sources = [space.connections[wire].source for wire in wires]

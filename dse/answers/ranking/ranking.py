@@ -4,7 +4,7 @@ Every score is a fraction of integers, so that ties are real ones; objectives ar
 change of units changes nothing. Nothing is left out: each point gets a rank, and equal scores share one.
 
 An objective is scaled to the range of its bounded values. What is unbounded counts as lying as far beyond the worst of
-these as that is from the best, so that the number that stands for it (`dse.support.units.unbounded`) scales nothing.
+these as that is from the best, so that the number that stands for it (`dse.support.units.exact`) scales nothing.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ METHOD = "distance to the ideal point, objectives scaled to their range on the f
 METHODS = ("ideal", "topsis", "knee", "weights", "order", "baseline")
 MOST_DIGITS = 6
 UNBOUNDED_LOSS = 2
-"""What an unbounded value loses, in ranges of the bounded ones from the best of these."""
+"""The loss of an unbounded value, in ranges of the bounded ones from the best of these."""
 Vectors: TypeAlias = Sequence[Sequence[int | Fraction]]
 Range: TypeAlias = tuple[int | Fraction, int | Fraction]
 """The best and the worst value of an objective."""

@@ -17,8 +17,9 @@ from dse.analysis.latency.rows import counts_responses
 from dse.analysis.messages.burdens import burdens, goes_first, is_settled
 from dse.analysis.messages.conflicts import Conflict, open_identifiers, soonest_ns
 from dse.analysis.scheduling.responses import message_waits_ns
-from dse.analysis.views import CyclicActivation, Noting, View
+from dse.analysis.views import Noting, View
 from dse.encode.linear import OpenTerm
+from dse.space.model.arrivals import CyclicActivation
 from dse.space.model.space import Space
 from dse.space.model.trees import NotOffered
 

@@ -26,7 +26,7 @@ from dse.analysis.views import Noting, View
 from dse.encode.linear import OpenTerm
 from dse.encode.messages.reasons import value_conditions
 from dse.encode.scheduling.places import Places, Thread
-from dse.space.architecture.chains import may_come_once, may_succeed
+from dse.space.architecture.chains import may_come_seldom, may_succeed
 from dse.space.model.space import Space
 from dse.space.model.trees import at
 from dse.support.units import Exact
@@ -307,7 +307,7 @@ def _rivals(case: _Case, thread: Thread, numbers: Iterable[int]) -> Iterator[tup
             continue
         if may_succeed(case.space, case.number, number):  # in a chain they need not wait for each other
             continue
-        if may_come_once(case.space, number, (case.number,)):
+        if may_come_seldom(case.space, number, (case.number,)):
             continue
         speed = rate_hz(case.space, ("activation", number), case.view)
         work = work_ns(case.space, number, case.view)

@@ -10,7 +10,7 @@ from dse.report.amounts import listed
 from dse.space.model.metric_kinds import flows_in
 from dse.space.model.space import Space
 from dse.space.model.trees import leaves
-from dse.space.question.open_cores import is_scheduled
+from dse.space.question.open_cores import asked_metrics, is_scheduled
 from dse.space.question.settings import OSATE_SETTINGS, SETTINGS, profile_defaults, settings_of
 
 PER_CORE = "Utilisation counts one core as 100 %, n cores as n times that; a limit of 70 % is one of each core."
@@ -86,8 +86,7 @@ def waiting_verdict(waiting: Mapping[str, Sequence[str]]) -> str:
 
 def counts_latencies(space: Space) -> bool:
     """Whether a requirement or an objective is about the latency of a flow, or a response time."""
-    asked = [item.metric for item in space.requirements] + [item.metric for item in space.objectives]
-    return any(flows_in(space, metric) or is_scheduled(space, metric) for metric in asked)
+    return any(flows_in(space, metric) or is_scheduled(space, metric) for metric in asked_metrics(space))
 
 
 def counting_words(space: Space, settings: Mapping[str, Any] | None = None) -> str:

@@ -11,8 +11,9 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 
 from dse.space.architecture.carriers import carriers
+from dse.space.model.kinds import Arbitration
 from dse.space.model.metric_kinds import flows_in
-from dse.space.model.space import EMPTY, UNKNOWN_TYPE, Arbitration, Bus, Connection, Space
+from dse.space.model.space import EMPTY, UNKNOWN_TYPE, Bus, Connection, Space
 from dse.space.model.trees import leaves
 from dse.space.properties import Ledger, type_choice
 from dse.spec.schema.fields import ANY_IDENTIFIER, MOST_IDENTIFIER
@@ -20,6 +21,7 @@ from dse.spec.schema.frames import CanFdFrame, CanFrame, EthernetFrame
 from dse.spec.schema.hardware import BusType
 from dse.spec.schema.model import Spec
 from dse.support.units import shown
+from dse.support.units.text import first_of
 
 MOST_SHOWN = 3
 
@@ -183,7 +185,7 @@ def _missing(
     kinds: Mapping[str, Arbitration | None],
     wires: Sequence[Connection],
 ) -> Iterator[str]:
-    """What keeps the waiting for a bus with these `wires` from being counted, the first first.
+    """Reasons why the waiting for a bus with these `wires` is not counted, the most important first.
 
     A connection that is always carried in a message has the identifier or priority of that: its carrier is named.
     """
@@ -205,5 +207,4 @@ def _is_on_several(buses: Sequence[Bus], wire: Connection) -> bool:
 
 def _said(what: str, wires: Sequence[Connection]) -> Iterator[str]:
     if wires:
-        more = f" and {len(wires) - MOST_SHOWN} more" if len(wires) > MOST_SHOWN else ""
-        yield f"{what} of {', '.join(wire.name for wire in wires[:MOST_SHOWN])}{more}"
+        yield f"{what} of {first_of([wire.name for wire in wires], MOST_SHOWN)}"

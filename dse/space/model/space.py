@@ -25,7 +25,6 @@ UNKNOWN_TYPE = "?\n"
 INACTIVE = -1
 
 AssignmentRule: TypeAlias = Literal["audsley", "deadline_monotonic", "robust"]
-Arbitration: TypeAlias = Literal["priority", "classes", "fifo", "round_robin", "none"]
 Design: TypeAlias = tuple[int, ...]
 """The option of each decision, by index; `INACTIVE` where the design does not use the decision."""
 
@@ -335,7 +334,7 @@ class Space:
     states_baseline: bool = False
     """Whether the file states a baseline, also of fixed fields alone, which `baseline` leaves out."""
     cost_of_change: Mapping[int, int] = field(default_factory=dict)
-    """What changing a decision of the baseline counts, by decision; 1 where none is stated."""
+    """The cost of changing a decision of the baseline, by decision; 1 where none is stated."""
     partition_output: str = "major_frame"
     """OSATE's setting for when output leaves a partition: or ``partition_end``."""
     system: str = "asynchronous"
@@ -436,9 +435,6 @@ class Space:
     @cached_property
     def _decision_numbers(self) -> Mapping[str, int]:
         return {decision.name: index for index, decision in reversed(tuple(enumerate(self.decisions)))}
-
-
-ExecutorKind: TypeAlias = Literal["fifo", "callback_group", "wait_set", "polling"]
 
 
 @dataclass(frozen=True)

@@ -22,8 +22,9 @@ from dse.analysis.placement.priority_assignment import best_options, groups_of, 
 from dse.analysis.scheduling.chained import chain_wait_ns
 from dse.analysis.scheduling.responses import all_responses, counted_ns, subset_responses, waited_ns
 from dse.analysis.terms import FlowChain
-from dse.analysis.views import CyclicActivation, Noting, View
+from dse.analysis.views import Noting, View
 from dse.space.architecture.joins import may_join
+from dse.space.model.arrivals import CyclicActivation
 from dse.space.model.space import Component, Design, OpenPriority, Space
 from dse.space.model.trees import NotOffered, at, leaves
 from dse.space.question.open_cores import decided_cores

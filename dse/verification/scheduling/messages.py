@@ -29,7 +29,8 @@ from dse.analysis.messages.frames import added, apart, has_own_message, longest_
 from dse.analysis.messages.stages import candidate_of, counted_buses, identifier_range, is_comparable, limit_ns
 from dse.analysis.scheduling.resolve import released_undelayed
 from dse.analysis.scheduling.responses import message_waits_ns
-from dse.analysis.views import CyclicActivation, Noting, PartialView, View, tabulate
+from dse.analysis.views import Noting, PartialView, View, tabulate
+from dse.space.model.arrivals import CyclicActivation
 from dse.space.model.space import Design, Space
 from dse.space.model.trees import Choice, NotOffered, at, leaves
 from dse.support.units import Exact
