@@ -43,24 +43,6 @@ class View:
         return type(self)(self.design, self.groups)
 
 
-class Noting(Sequence[int]):
-    """A design that remembers which decisions are looked at.
-
-    A sequence of options; reading an entry notes its index.
-    """
-
-    def __init__(self, design: Sequence[int]) -> None:
-        self.design = design
-        self.seen: dict[int, int] = {}
-
-    def __getitem__(self, decision: int) -> int:  # type: ignore[override]
-        self.seen[decision] = self.design[decision]
-        return self.design[decision]
-
-    def __len__(self) -> int:
-        return len(self.design)
-
-
 class Undecided(Exception):
     """A formula asked for `decision`, which the partial design leaves open.
 

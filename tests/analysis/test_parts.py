@@ -219,7 +219,7 @@ def test_no_bound_is_followed_through_threads_that_take_no_time(
     }
     run(["analyse", str(path), "--response-times"])
     printed = " ".join(capsys.readouterr().out.split())
-    assert "no bound: needs 110 % of the core with what goes before it" in printed
+    assert "no bound: with work of higher priority it needs 110 % of the core" in printed
     assert "no bound, for full has none" in printed
 
 

@@ -122,7 +122,7 @@ class BusyJob(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Kin:
-    """Those of the rivals of a task of which no job waits while a job of it does, and what its own chain may leave.
+    """Rivals of a task of which no job waits while a job of the task does, and what its own chain may leave.
 
     They are threads before and behind it in its chain, of which a job always ends before the next one is released.
     `under_way_ns` is how much work of a job of its own that was released before the busy period may be in it.

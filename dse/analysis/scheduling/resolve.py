@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 from fractions import Fraction
-from functools import partial
+from functools import partial, reduce
 from math import ceil
 from typing import TypeAlias
 
@@ -300,7 +300,7 @@ def _horizon_ns(space: Space) -> int:
     if counted_buses(space):
         rates = [leaf for item in space.connections for leaf in leaves(item.rate_hz) if leaf is not None]
         periods += [ceil(NS_PER_S / Fraction(rate)) for rate in rates]
-    found: int = 10 * max(periods, default=NS_PER_S)
+    found: int = 10 * reduce(partial(picked, "max"), periods or [NS_PER_S])
     _HORIZON[:] = [(space.components, found)]
     return found
 

@@ -92,8 +92,8 @@ class Response:
     ] = ()
     needed_ppm: Annotated[
         Fraction | None,
-        "Of one without a bound of which no other is the cause: the share of its core that it and what goes before it "
-        "need, in ppm, where that is all or more; missing elsewhere.",
+        "Of one without a bound of which no other is the cause: the share of its core that it and all with higher "
+        "priority need together, in ppm, where that is all or more; missing elsewhere.",
     ] = None
     blocking_ns: Exact = 0
     blocking_name: str = ""

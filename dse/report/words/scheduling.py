@@ -157,7 +157,7 @@ def _endless_words(item: Response) -> str:
     if item.because:
         return no_bound_words(item.because)
     if item.needed_ppm is not None:
-        return f"no bound: needs {readable(item.needed_ppm, 'ppm')} of the core with what goes before it"
+        return f"no bound: with work of higher priority it needs {readable(item.needed_ppm, 'ppm')} of the core"
     if item.is_piece:
         return "no bound: a job need not end before the next one comes"
     if item.reservation:

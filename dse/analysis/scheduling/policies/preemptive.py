@@ -153,7 +153,7 @@ def _window_of(
 
 
 def present(tasks: Sequence[Task | None], positions: Iterable[int]) -> tuple[Task, ...]:
-    """Those of the stages at some positions that come in a window."""
+    """The stages at some positions that come in a window, as tasks in their order."""
     return tuple(item for position in positions if (item := tasks[position]) is not None and item is not NOT_THERE)
 
 
