@@ -16,7 +16,7 @@ from dse.analysis.diagnosis.shortening import Shorter
 from dse.analysis.latency.offset_advice import Boundary
 from dse.analysis.messages.late import LateMessage
 from dse.answers.base import Answer, to_file
-from dse.answers.question_data import BY_WAITING, ExplainedProblem, Origin
+from dse.answers.question_data import BY_WAITING, WAITING, ExplainedProblem, Origin, WaitingCounted
 from dse.answers.result import csv_text
 from dse.answers.tables.frames import mixed_frame
 from dse.support.errors import EXIT_COMPLETE, EXIT_INCOMPLETE, EXIT_NO
@@ -90,7 +90,7 @@ class Why(Data):
         "The readers on the clock of the timer before them, along the flows whose limits it violates.",
     ]
     shorter: Annotated[tuple[Shorter, ...], "Shorter times with each of which alone all that is asked holds in it."]
-    late_messages: Annotated[tuple[LateMessage, ...], "The messages that end too late in it."]
+    late_messages: Annotated[tuple[LateMessage, ...], "The messages that end too late in it, or wait in flows that do."]
 
 
 OF_DEMAND = ("demand.kind", "demand.text", "demand.origin")
@@ -108,7 +108,7 @@ OF_EXAMPLE = (
         "The readers on the clock of the timer before them, along the flows whose limits the example violates.",
     ),
     Of("example.shorter", "Shorter times with each of which alone all that is asked holds in the example."),
-    Of("example.late_messages", "The messages that end too late in the example."),
+    Of("example.late_messages", "The messages that end too late in the example, or wait in flows that do."),
 )
 
 
@@ -280,7 +280,7 @@ class Explanation(Answer):
     WRITTEN = (
         *("problem", "status", "complete", "left_open", "design", "conflicts", "every", "limited", "reduced"),
         *("relaxations", "give_up", "least", "impossible", "without_waiting", "excluded", "offered", "offers"),
-        *(Of("effort", key="search"), "safe_bounds"),
+        *(Of("effort", key="search"), "safe_bounds", "waiting"),
     )
 
     problem: Annotated[Origin, "Which problem was explained.", Json(kind=ExplainedProblem)]
@@ -324,6 +324,7 @@ class Explanation(Answer):
         "Where all conflicts rest on response times that are safe bounds, which need not be reached: why they are, "
         "each reason with the threads. Else empty.",
     ] = field(default_factory=dict)
+    waiting: Annotated[Mapping[str, list[str]], WAITING, Json(kind=WaitingCounted)] = field(default_factory=dict)
 
     @property
     def effort(self) -> Annotated[Explanation, Json(kind=Effort)]:

@@ -64,7 +64,19 @@ class StudiedProblem(Settings):
     currency: Annotated[str, "The currency of prices, which count in cents."]
 
 
-BUS_WAITING = "Where it is not counted in latencies although a physical bus carries messages; null elsewhere."
+WAITING = "The resources for which latencies count waiting."
+
+
+class WaitingCounted(Data):
+    """The resources for which latencies count waiting, and those for which they do not."""
+
+    JSON_NAME = "Waiting"
+
+    counted: Annotated[list[str], "`processors`, and the buses by name, for which waiting is counted."]
+    not_counted: Annotated[list[str], "`processors`, and the physical buses with messages, for which it is not."]
+    faults: Annotated[list[str], "The buses whose faults are counted in what messages wait."]
+
+
 BY_WAITING = (
     "False where there is no design even if each response time were as long as the job takes alone; true where it "
     "takes that threads wait for each other, as far as is known."

@@ -400,6 +400,8 @@ class _SimulationRun:
             for key, born in onward.items():
                 self._store(key, born)
             self._come(link.target, number)
+            if task.takes_at_once:
+                self._release(task, self.now, {}, number)
             return
         if task.rooms:
             self._join(task, number, onward)

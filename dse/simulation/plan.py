@@ -39,7 +39,8 @@ class SimulatedTask:
     an executor. Of a piece of a thread with segments `first` is the number of the thread's first one. In a `share` of a
     core its urgency is that among what else is in there. `reads_late`: a job reads when it first gets its core. Where
     a job needs a message of each trigger `rooms` has for each of these, by its number, how many wait at most; None: any
-    number. In an executor that polls `keeps` jobs of it wait at most; None: all that come.
+    number. In an executor that polls `keeps` jobs of it wait at most; None: all that come. A device that
+    `takes_at_once` has a job for each message that comes, whatever its timer does.
     """
 
     key: TaskKey
@@ -60,6 +61,7 @@ class SimulatedTask:
     reads_late: bool = False
     rooms: Mapping[int, int | None] = field(default_factory=dict)
     keeps: int | None = None
+    takes_at_once: bool = False
 
 
 @dataclass(frozen=True)
@@ -374,11 +376,12 @@ def _tasks(space: Space, figures: PlanFigures, *, contention: bool, endless: boo
         key = (number, "thread")
         at_core = core if part.executes and part.cost_ns[1] else None
         cost, section = _on_core(part, part.demand_ns if contention and at_core is not None else part.cost_ns, at_core)
+        at_once = figures.takes_at_once(number)
         found[key] = SimulatedTask(
-            key, component.name, cost, period, part.separation_ns, at_core, 2 * urgency + 1, part.executes, capacity,
-            section, part.phase, part.logical_ns, _queue(space, figures, key),
+            key, component.name, cost, period, part.separation_ns, at_core, 2 * urgency + 1,
+            part.executes and not at_once, capacity, section, part.phase, part.logical_ns, _queue(space, figures, key),
             None if component.pieces is None else component.pieces.members[0], share if at_core is not None else None,
-            part.reads_late, _rooms(space, figures, number), _keeps(space, figures, key, endless=endless),
+            part.reads_late, _rooms(space, figures, number), _keeps(space, figures, key, endless=endless), at_once,
         )  # fmt: skip
     return found
 
@@ -475,14 +478,15 @@ def _turn(space: Space, figures: PlanFigures, number: int) -> BusTurn | None:
     sender = -1 - number if connection.source is None else connection.source
     first = next(
         other
-        for other, item in enumerate(space.connections)
+        for other in (*part.frame, *range(number + 1))
         if other == number
         or (other in part.frame and figures.connections[other].bus == part.bus)
         or (
             part.is_shared
             and connection.from_port is not None
             and figures.connections[other] == part
-            and (item.source, item.from_port) == (connection.source, connection.from_port)
+            and space.connections[other].source == connection.source
+            and space.connections[other].from_port == connection.from_port
         )
     )
     line = (part.bus, sender if part.arbitration == "none" else 0)

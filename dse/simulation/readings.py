@@ -136,6 +136,11 @@ class PlanFigures:
         """The name of what queues the messages of a component as they come; empty where nothing does."""
         return "" if source is None else self.queues[source]
 
+    def takes_at_once(self, number: int) -> bool:
+        """Whether a device takes data when they come, as no timer and no message dispatches it."""
+        item, is_timed = self.space.components[number], self.components[number].period_ns is not None
+        return not (is_timed or item.triggers or item.section == "threads") and self.space.profile == "dse"
+
     def stimulus_ns(self, number: int) -> Fraction | None:
         """The period of what nothing dispatches: its fastest outgoing stated rate, or the longest period there is.
 
@@ -295,10 +300,10 @@ class _DesignReader:
         return Fraction(data_rate) / size if size else Fraction(0)  # of messages without a size nothing is known
 
     def frame_of(self, number: int) -> list[int]:
-        """The connections whose data are in one message with those of a connection."""
+        """The connections whose data are in one message with those of a connection, whose message it is first."""
         leaders = [self.at(item.carried_in) for item in self.space.connections]
         leader = number if leaders[number] is None else leaders[number]
-        return [other for other, found in enumerate(leaders) if leader in (other, found)]
+        return [leader, *(other for other, found in enumerate(leaders) if found == leader != other)]
 
     def connection(self, number: int, item: Connection) -> ConnectionFigures:
         first = None if self.is_local(item) else self.at(item.bus)

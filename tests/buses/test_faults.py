@@ -11,6 +11,7 @@ from random import Random
 import pytest
 
 import dse
+from dse.analysis.diagnosis.front_verdicts import waiting_counted
 from dse.analysis.scheduling.busy_window import load
 from dse.analysis.scheduling.policies.buses import Arbitrated
 from dse.analysis.scheduling.policies.faults import ERROR_BITS, faults_of_wire, with_frame
@@ -91,6 +92,7 @@ def test_each_fault_costs_an_error_frame_and_the_longest_frame_that_may_be_hit()
     assert (pdo.faults, pdo.faults_ns) == (2, 2 * (ERROR_BITS + 135) * 1000)
     assert pdo.response_ns == (55 + 135) * 1000 + pdo.faults_ns
     assert arbitration_words(found.space) == "Waiting for can0 (by identifier, with faults of the wire) is counted."
+    assert waiting_counted(found.space) == {"counted": ["can0"], "not_counted": [], "faults": ["can0"]}
     written = json.loads(found.to_json())["messages"]["can0"][0]
     assert (written["faults"], written["faults_ns"]) == (2, 172_000)
 

@@ -279,3 +279,72 @@ def test_the_robust_order_in_the_search() -> None:
     result = dse.solve(dse.loads(text))
     assert result.front
     assert not dse.verify(result).findings
+
+
+@pytest.mark.parametrize("seed", cases(6, 60))
+def test_an_identifier_that_is_named_makes_a_flow_as_fast_as_is_said(seed: int) -> None:
+    """The least urgent place that is enough: the flow keeps its limit there, and not right behind that message."""
+    rng = Random(seed)
+    count = rng.randint(3, 6)
+    lines = ["dse: 1", "name: flow", "bus_types: {can: {bandwidth: 125 kbit/s, frame: can}}", "buses: {b: {type: can}}"]
+    lines += [
+        "devices:",
+        "  sink: {}",
+        *(f"  d{one}: {{period: {rng.choice([10, 20, 50])} ms}}" for one in range(count)),
+    ]
+    lines += ["connections:"]
+    for one in range(count):
+        size = rng.randint(1, 8)
+        lines += [
+            f"  m{one}: {{from: d{one}, to: sink, port: data, data_size: {size} B, bus: b, identifier: {8 * one + 8}}}"
+        ]
+    number = rng.randint(1, count - 1)
+    lines += [f"flows: {{f: {{path: [d{number}, m{number}, sink]}}}}"]
+    text = "\n".join(lines)
+    problem = dse.loads(text)
+    latency = int(dse.analyse(problem).metrics["latency of f"])
+    limit = latency - rng.randint(1, latency // 2)
+    found = dse.explain(problem, require=[f"latency of f <= {limit} ns"])
+    (late,) = found.conflicts[0].members[0][1].late_messages
+    assert late.flow.startswith("latency of f <= ") and late.late_ns == latency - limit
+    own = f"identifier: {8 * number + 8}}}"
+    kept = [
+        one
+        for one in range(number)
+        if int(dse.analyse(dse.loads(text.replace(own, f"identifier: {8 * one + 7}}}"))).metrics["latency of f"])
+        <= limit
+    ]
+    assert late.before == (f"m{kept[-1]}" if kept else None)
+    assert late.identifier == (8 * kept[-1] + 7 if kept else None)
+    said = late_message_words(late)
+    assert f"m{number} ({8 * number + 8:#x}) waits " in said and ("right before" in said) == bool(kept)
+
+
+TWO_FLOWS = """
+dse: 1
+name: two flows that would trade
+bus_types: {can: {bandwidth: 125 kbit/s, frame: can}}
+buses: {can0: {type: can}}
+devices: {a: {period: 10 ms}, b: {period: 10 ms}, c: {period: 10 ms}, sink: {}}
+connections:
+  ma: {from: a, to: sink, port: data, data_size: 8 B, bus: can0, identifier: any}
+  mb: {from: b, to: sink, port: data, data_size: 4 B, bus: can0, identifier: any}
+  mc: {from: c, to: sink, port: data, data_size: 8 B, bus: can0, identifier: any}
+flows: {fa: {path: [a, ma, sink]}, fb: {path: [b, mb, sink]}}
+objectives: [minimise jitter of fa, minimise jitter of fb]
+"""
+
+
+def test_answers_say_which_orders_of_messages_of_flows_are_left_out() -> None:
+    """With any identifier there is one design; with three listed ones for each message a second is found."""
+    said = "with another order of ma, mb, which could trade between flows, are left out"
+    problem = dse.loads(TWO_FLOWS)
+    assert any(said in text for text in dse.check(problem).remarks)
+    assert [point.objectives["jitter of fb"] for point in dse.solve(problem).front] == [2_312_000]
+    refused = dse.explain(problem, require=["jitter of fb <= 2 ms"])
+    assert refused.status == "infeasible" and any(said in text for text in refused.excluded)
+    listed = dse.loads(TWO_FLOWS.replace("identifier: any", "identifier: [1, 2, 3]"))
+    assert not any("are left out" in text for text in dse.check(listed).remarks)
+    assert sorted(point.objectives["jitter of fb"] for point in dse.solve(listed).front) == [1_232_000, 2_312_000]
+    alone = dse.loads(TWO_FLOWS.replace(", minimise jitter of fb", ""))
+    assert not any("are left out" in text for text in dse.check(alone).remarks)

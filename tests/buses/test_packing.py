@@ -199,4 +199,7 @@ def test_what_is_played_contradicts_nothing(seed: int) -> None:
         texts = {
             item.name: item.options[option] for item, option in zip(evaluator.space.decisions, design, strict=True)
         }
-        assert not dse.simulate(problem, texts, runs=2, seed=seed).contradictions
+        played = dse.simulate(problem, texts, runs=2, seed=seed)
+        assert not played.contradictions and not played.outside
+        named = {item.name for item in dse.analyse(problem, texts).messages.get("can0", ())}
+        assert {item.name for item in played.messages} <= named

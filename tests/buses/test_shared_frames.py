@@ -7,6 +7,7 @@ import re
 import pytest
 
 import dse
+from dse.report.words.contention import bus_words
 from dse.support.errors import ProblemError
 
 MOTOR = """
@@ -97,3 +98,15 @@ def test_a_frame_is_one_message_of_a_database() -> None:
         ("32", "status", "8"),
         ("16", "urgent", "8"),
     ]
+
+
+def test_a_frame_of_two_senders_is_one_mistake() -> None:
+    """The identifier that it would have from its carrier is not asked about."""
+    with pytest.raises(ProblemError) as error:
+        dse.loads(ALWAYS.replace("current: {from: motor", "current: {from: other"))
+    assert str(error.value).count("connections.") == 1 and 'sent by "motor": a frame has one sender' in str(error.value)
+
+
+def test_what_is_missing_is_missing_of_the_carrier() -> None:
+    text = ALWAYS.replace(", identifier: 0x20", "")
+    assert "no `identifier` of status)" in bus_words(dse.loads(text).space)

@@ -105,7 +105,9 @@ def completed(words: list[str], begun: str) -> list[str]:
 
 
 def test_a_shell_completes_examples_rankings_and_options_of_decisions() -> None:
-    assert completed(["new", "--example"], "inmark") == ["inmark", "inmark_chapter2", "inmark_chapter3", "inmark_clock"]
+    assert completed(["new", "--example"], "inmark") == [
+        *("inmark", "inmark_can", "inmark_chapter2", "inmark_chapter3", "inmark_clock"),
+    ]
     assert completed(["solve", str(PUMP), "--rank-by"], "k") == ["knee"]
     assert completed(["solve", str(PUMP), "--rank-by"], "order:p") == ["order:price"]
     assert completed(["solve", str(PUMP), "--fix"], "can0") == ["can0.type = can_250k", "can0.type = can_500k"]

@@ -18,9 +18,10 @@ from tests.helpers.small import without_waiting
 
 TOO_MANY = ("inmark_clock",)
 """Problems with millions of designs: nothing looks at every one of them, or verifies them over and over."""
-SLOW = ("racing_stack",)
+SLOW = ("inmark_can", "racing_stack")
 """Problems of which each question takes seconds: without more effort they are solved and analysed, and no more."""
 PARTS = {
+    "inmark_can": {"computer.type": "Spectra", "gnss_provider.dispatch_protocol": "aperiodic"},
     "inmark_clock": {"gnss_provider.period": "20 ms", "nav_controller.offset": "4 ms"},
     "perception": {"detection.core": "1", "lanes.core": "2"},
     "racing_stack": {"ground.executor": "ground_node", "tracking.period": "50 ms", "tracking.priority": "1"},

@@ -57,7 +57,7 @@ def test_a_warning_that_changes_the_decision_is_the_banner() -> None:
     )
     assert "No recommendation: no design of this front meets every limit with waiting." in found.lines
     assert (True, "Complete, proved: 2 designs") in found.facts
-    assert (False, "Not counted: waiting for the CPU") in found.facts
+    assert (False, "Waiting not counted: processors") in found.facts
 
 
 def test_a_recommendation_says_what_it_is_and_what_it_costs() -> None:

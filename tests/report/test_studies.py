@@ -22,7 +22,7 @@ from dse.report.content.sensitivity import scaling_words
 from dse.report.content.simulate import simulation_page
 from dse.report.content.study import sections_of
 from dse.report.output import study_figures, study_files
-from dse.report.page import Section, Table
+from dse.report.page import Section, Table, Text
 from tests.questions.studies import example, written
 from tests.report.browser import Browser, needs_browser
 
@@ -239,11 +239,16 @@ def test_studies_say_what_all_of_a_core_is(studies: dict[str, dict[str, Any]]) -
 
 
 @pytest.mark.parametrize("name", ["breaks", "breaks of a grid", "grid", "sensitivity"])
-def test_studies_say_that_no_message_waits_for_a_bus(name: str, studies: dict[str, dict[str, Any]]) -> None:
-    """The problem has a CAN bus; without it nothing is said."""
-    for given, said in ((studies[name], True), ({**studies[name], "bus_waiting": None}, False)):
-        texts = [str(block) for section in sections_of(given) for block in section.blocks]
-        assert any("not bus arbitration" in text or "Not bus arbitration" in text for text in texts) is said
+def test_studies_say_what_waiting_is_counted(name: str, studies: dict[str, dict[str, Any]]) -> None:
+    """The arbitration of the problem's CAN bus is not stated; where nothing is left out nothing else is said."""
+    study = studies[name]
+    counted = {"counted": ["processors", "can0"], "not_counted": [], "faults": ["can0"]}
+    for given, said in (
+        (study, "execution, transmission. Waiting not counted: processors, buses."),
+        ({**study, "waiting": counted}, "execution, transmission, faults of can0. Waiting counted: processors, buses."),
+    ):
+        texts = [block.text for section in sections_of(given) for block in section.blocks if isinstance(block, Text)]
+        assert [text for text in texts if "Counted  " in text] == [f"Counted  {said}"]
 
 
 def test_robust_designs_as_good_as_nominal_ones_take_nobodys_place(

@@ -257,6 +257,30 @@ def test_what_triggers_nothing_waits_within_its_bound() -> None:
     assert found.exit_code == 4
 
 
+TAKEN = """
+dse: 1
+name: a device that nothing dispatches
+bus_types: {can: {bandwidth: 500 kbit/s, frame: can}}
+buses: {can0: {type: can}}
+devices: {source: {period: 10 ms}, slow: {period: 70 ms}, sink: {compute_execution_time: 1 ms .. 2 ms}, screen: {}}
+connections:
+  a: {from: source, to: sink, port: data, data_size: 8 B, bus: can0, identifier: 2}
+  b: {from: slow, to: sink, port: data, data_size: 8 B, bus: can0, identifier: 1}
+  shown: {from: sink, to: screen, port: data, rate: 20 Hz}
+flows: {main: {path: [source, a, sink]}, other: {path: [slow, b, sink]}, own: {path: [sink, shown, screen]}}
+"""
+
+
+def test_a_device_that_nothing_dispatches_takes_data_when_they_come() -> None:
+    """8 bytes take 216 to 270 us, and wait for one other message; then 1 to 2 ms, without a period of the sink."""
+    found = run_text(TAKEN)
+    for flow in found.flows[:2]:
+        assert flow.bounds_ns == (1_216_000, 2_540_000) and flow.latencies and not flow.excuse
+        assert flow.bounds_ns[0] <= min(flow.latencies) < max(flow.latencies) <= flow.bounds_ns[1]
+    assert max(found.flows[0].latencies) > 2_400_000  # a frame has begun
+    assert found.flows[2].latencies and not found.outside and not found.contradictions
+
+
 @pytest.mark.parametrize("processing", ["execution_time", "response_time"])
 def test_what_lies_outside_the_bounds_of_the_question_is_exit_code_4(processing: str) -> None:
     """Low waits 3 ms for high: outside a bound of execution times, and within that of response times."""

@@ -67,6 +67,24 @@ def uncounted_buses(space: Space) -> tuple[Bus, ...]:
     return tuple(bus for number, bus in buses if number in carried and not bus.virtual and number not in counted)
 
 
+def waiting_counted(space: Space) -> dict[str, list[str]]:
+    """The resources for which latencies count waiting, those for which they do not, and buses with counted faults.
+
+    ``{"counted": ["processors", "can0"], "not_counted": ["ser0"], "faults": ["can0"]}``: all processors together, each
+    physical bus that may carry messages by its name; nothing of buses under the OSATE profiles, which have own rules.
+    """
+    carried = {bus for item in space.connections for bus in carriers(space.buses, item)}
+    buses = [space.buses[number] for number in counted_buses(space) if number in carried]
+    processors = ["processors"] if any(item.processor is not None for item in space.components) else []
+    is_counted = counts_responses(space)
+    left = [bus.name for bus in uncounted_buses(space)] if leaves_out_buses(space) else []
+    return {
+        "counted": [*(processors if is_counted else []), *(bus.name for bus in buses)],
+        "not_counted": [*([] if is_counted else processors), *left],
+        "faults": [bus.name for bus in buses if set(leaves(bus.fault_interval_ns)) != {None}],
+    }
+
+
 def with_contention(space: Space) -> Space | None:
     """The question with response times counted in latencies; None where that is what is asked anyway.
 

@@ -48,11 +48,19 @@ def may_be_stored(space: Space, step: Step) -> bool:
     if space.profile != "dse" or step.kind != "component" or step.via is None:
         return False
     component = space.components[step.index]
-    if step.via in component.triggers or (component.section != "threads" and not component.triggers):
+    if step.via in component.triggers or takes_at_once(space, component):
         return False
     has_events = bool({None, *BY_INPUTS} & set(leaves(component.protocol)))
     is_piece = component.pieces is not None and component.pieces.members[0] != step.index
     return has_events and not is_piece
+
+
+def takes_at_once(space: Space, component: Component) -> bool:
+    """Whether a component takes data when they come where no timer dispatches it: a device that no message dispatches.
+
+    Only under the profile ``dse``.
+    """
+    return space.profile == "dse" and component.section != "threads" and not component.triggers
 
 
 def waits_for_others(space: Space, step: Step) -> bool:

@@ -21,7 +21,7 @@ from dse.analysis.messages.stages import (
 from dse.analysis.messages.waits import MessageResponse, message_responses
 from dse.analysis.scheduling.model import NO_PROCESSOR
 from dse.analysis.scheduling.policies import buses
-from dse.analysis.scheduling.responses import messages_of
+from dse.analysis.scheduling.responses import UNBOUNDED_NS, messages_of
 from dse.analysis.views import View
 from dse.space.model.space import Space
 from dse.space.model.trees import at
@@ -32,13 +32,15 @@ from dse.support.units import Exact
 
 @dataclass(frozen=True)
 class LateMessage:
-    """A message that ends too late, what it waits for, and the identifier or priority that would do."""
+    """A message that ends too late, or waits in a flow that does, and the identifier or priority that would do."""
 
-    WRITTEN = ("bus", "message", "limit_ns", "late_ns", "before", "identifier", "priority", "makes_late")
+    WRITTEN = ("bus", "message", "flow", "limit_ns", "late_ns", "before", "identifier", "priority", "makes_late")
 
     bus: Annotated[str, "Its bus."]
     message: Annotated[MessageResponse, "How long it takes at most, and what it waits for."]
-    limit_ns: Annotated[Fraction, "The limit that it misses."]
+    limit_ns: Annotated[
+        Fraction, "The limit that it misses; in a flow the response time with which that would keep its limit."
+    ]
     late_ns: Annotated[Exact | None, "How long after its limit it ends; null where it has no bound."]
     before: Annotated[
         str | None,
@@ -52,30 +54,63 @@ class LateMessage:
         "On Ethernet the least priority with which it would be in time; missing elsewhere.",
         Json(default=None),
     ] = None
+    flow: Annotated[str, "The limit of the flow in which it waits; empty where it misses one of its own."] = ""
+
+
+OF_FLOWS = ("latency", "jitter", "reaction time", "data age")
+"""Metrics of a flow that are so much less as one of its messages waits less."""
 
 
 def late_messages(space: Space, verdicts: Sequence[Verdict], view: View) -> Iterator[LateMessage]:
-    """The messages of a whole design that miss upper limits on their response times."""
+    """The messages of a whole design that miss upper limits on their response times, or wait in flows that miss limits.
+
+    Of a flow each message that waits, with the time by which the flow misses its limit.
+    """
     for verdict in verdicts:
-        metric = verdict.requirement.metric
-        if verdict.holds or metric.kind != "message response" or not verdict.requirement.is_upper:
+        requirement, number = verdict.requirement, verdict.requirement.metric.index or 0
+        if verdict.holds or not requirement.is_upper:
             continue
-        number = metric.index or 0
-        bus = bus_of(space, number, view)
-        if bus is None:
-            continue
-        first = message_key(space, number, view)[0]
-        found = {item.name: item for item in message_responses(space, bus, view)}[space.connections[first].name]
-        wrapped = wrapping_ns(space, number, bus, view)[1]
-        late = None if found.response_ns is None else found.response_ns + wrapped - verdict.limit
-        if found.priority is not None:
-            priority, makes_late = _priority_for(space, bus, first, verdict.limit - wrapped, view)
-            yield LateMessage(
-                space.buses[bus].name, found, verdict.limit, late, makes_late=makes_late, priority=priority
-            )
-            continue
-        place = _place_for(space, bus, first, verdict.limit - wrapped, view)
-        yield LateMessage(space.buses[bus].name, found, verdict.limit, late, *place)
+        if requirement.metric.kind == "message response":
+            bus = bus_of(space, number, view)
+            if bus is not None:
+                rest = verdict.limit - wrapping_ns(space, number, bus, view)[1]
+                yield _late(space, number, view, rest, verdict.limit)
+        elif requirement.metric.kind in OF_FLOWS and verdict.value < UNBOUNDED_NS:
+            excess = verdict.value - verdict.limit
+            for step in space.flows[number].steps:
+                found = _found(space, step.index, view) if step.kind == "connection" else None
+                response = None if found is None else found[1].response_ns
+                if found is not None and response is not None and response > found[1].transmission_ns[1]:
+                    rest = response - excess
+                    yield _late(space, step.index, view, rest, rest, requirement.shown)
+
+
+def _found(space: Space, number: int, view: View) -> tuple[int, MessageResponse] | None:
+    """The bus for which the message of a connection waits in a design, and what it waits for; None where none is."""
+    bus = bus_of(space, number, view)
+    if bus is None:
+        return None
+    name = space.connections[message_key(space, number, view)[0]].name
+    return bus, next(item for item in message_responses(space, bus, view) if item.name == name)
+
+
+def _late(space: Space, number: int, view: View, rest: Exact, limit: Exact, flow: str = "") -> LateMessage:
+    """A message whose response time on its bus is more than what is left for it.
+
+    `limit` is that of all that carries it; `flow` the limit of a flow that it is in.
+    """
+    found = _found(space, number, view)
+    assert found is not None
+    bus, message = found
+    first, late = message_key(space, number, view)[0], None
+    if message.response_ns is not None:
+        late = message.response_ns - rest
+    name = space.buses[bus].name
+    if message.priority is not None:
+        priority, makes_late = _priority_for(space, bus, first, rest, view)
+        return LateMessage(name, message, Fraction(limit), late, makes_late=makes_late, priority=priority, flow=flow)
+    before, identifier, makes_late = _place_for(space, bus, first, rest, view)
+    return LateMessage(name, message, Fraction(limit), late, before, identifier, makes_late, flow=flow)
 
 
 def _priority_for(space: Space, bus: int, number: int, limit: Exact, view: View) -> tuple[int | None, tuple[str, ...]]:

@@ -8,10 +8,10 @@ import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any
 
 from dse.answers.base import DataAnswer, to_file
-from dse.answers.question_data import BUS_WAITING, StudiedProblem
+from dse.answers.question_data import WAITING, StudiedProblem, WaitingCounted
 from dse.answers.tables.display import exact
 from dse.answers.tables.frames import mixed_frame
 from dse.support.errors import EXIT_COMPLETE, EXIT_INCOMPLETE, EXIT_NO
@@ -169,7 +169,7 @@ class SensitivityResult(DataAnswer):
     FORMAT = "sensitivity"
     WRITTEN = (
         *("problem", "decisions", "broken", "margins", "scaling", "swing", "bars", "uncertain", "left_out"),
-        *("bus_waiting", "files"),
+        *("waiting", "files"),
     )
 
     problem: Annotated[Mapping[str, Any], "Which problem was studied.", Json(kind=StudiedProblem)]
@@ -187,7 +187,7 @@ class SensitivityResult(DataAnswer):
         Json("uncertainty"),
     ] = None
     left_out: Annotated[tuple[str, ...], "Parts that the time limit left out.", Json(default=[])] = ()
-    bus_waiting: Annotated[Literal["not counted"] | None, BUS_WAITING] = None
+    waiting: Annotated[Mapping[str, list[str]], WAITING, Json(kind=WaitingCounted)] = field(default_factory=dict)
     files: Annotated[
         Mapping[str, str], "The text of the problem file, of what it includes and of its samples, by name."
     ] = field(default_factory=dict)

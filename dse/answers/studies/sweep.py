@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeAlias
 
 from dse.answers.base import DataAnswer, to_file
 from dse.answers.contention_verdicts import ContentionBasis
-from dse.answers.question_data import BUS_WAITING, Objective, StudiedProblem
+from dse.answers.question_data import WAITING, Objective, StudiedProblem, WaitingCounted
 from dse.answers.ranking.ranking import competition_ranks, ideal_distances, range_of, score_texts
 from dse.answers.studies.run_data import AnyRun, Change
 from dse.answers.tables.display import figure, in_table, titled
@@ -156,7 +156,7 @@ class SweepResult(DataAnswer):
 
     FORMAT = "sweep"
     WRITTEN = (
-        *("problem", "semantics", "seed", "status", "ranking", "remarks", "contention", "bus_waiting"),
+        *("problem", "semantics", "seed", "status", "ranking", "remarks", "contention", "waiting"),
         *("axes", Of("run_data", key="runs"), "files"),
     )
 
@@ -172,7 +172,7 @@ class SweepResult(DataAnswer):
         "Contention that all fronts leave out; null where they count it.",
         Json(kind=ContentionBasis | None),
     ] = None
-    bus_waiting: Annotated[Literal["not counted"] | None, BUS_WAITING] = None
+    waiting: Annotated[Mapping[str, list[str]], WAITING, Json(kind=WaitingCounted)] = field(default_factory=dict)
     files: Annotated[
         Mapping[str, str], "The text of the problem file, of what it includes and of its samples, by name."
     ] = field(default_factory=dict)

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, replace
 from typing import Unpack
 
 from dse.analysis.bounds import Ends, Impossible, impossible
+from dse.analysis.diagnosis.front_verdicts import waiting_counted
 from dse.analysis.diagnosis.overload_search import lightened
 from dse.analysis.diagnosis.unbounded import unbounded_in
 from dse.analysis.scheduling.overheads import safe_bounds
@@ -181,7 +182,10 @@ class Explainer:
         before the first of these.
         """
         excluded = tuple(exclusions(self.space))
-        blank = Explanation(origin_of(self.asked), "incomplete", self.space.currency, excluded=excluded, complete=False)
+        waiting = waiting_counted(self.space)
+        blank = Explanation(
+            origin_of(self.asked), "incomplete", self.space.currency, excluded=excluded, complete=False, waiting=waiting
+        )
         oracle, apart = self.oracle, self.uncontended
         try:
             design = None if apart.is_refuted else oracle.witness(oracle.everything)

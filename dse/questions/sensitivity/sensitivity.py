@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import TypeVar, Unpack
 
-from dse.analysis.diagnosis.front_verdicts import leaves_out_buses
+from dse.analysis.diagnosis.front_verdicts import waiting_counted
 from dse.analysis.evaluate import Evaluator
 from dse.answers.result import decisions_of
 from dse.answers.studies.sensitivity import Chance, SensitivityResult, UncertainResult
@@ -164,7 +164,7 @@ def sensitivity_asked(
         uncertain=part.made("uncertain inputs", lambda: _uncertain(inputs, function, uncertain, settings, tell, part))
         if uncertain
         else None,
-        bus_waiting="not counted" if leaves_out_buses(space) else None,
+        waiting=waiting_counted(space),
     )
     return replace(result, left_out=tuple(part.left_out))
 

@@ -9,7 +9,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any, Unpack
 
-from dse.analysis.diagnosis.front_verdicts import leaves_out_buses
+from dse.analysis.diagnosis.front_verdicts import waiting_counted
 from dse.answers.contention_verdicts import basis_dict
 from dse.answers.studies.sweep import RANKING, SweepRanking, SweepResult, SweepRun, VariedAxis, rank_together
 from dse.questions.problem import Problem, Source, load
@@ -177,7 +177,7 @@ def sweep_asked(
         ranking=SweepRanking(RANKING, scale),
         remarks=tuple(_remarks(problem, axes)),
         contention=basis_dict(problem.space),
-        bus_waiting="not counted" if leaves_out_buses(problem.space) else None,
+        waiting=waiting_counted(problem.space),
         files=problem.loaded.texts,
         solved=len(done) - from_store,
         found=from_store,

@@ -13,7 +13,7 @@ from dse.analysis.diagnosis.front_verdicts import cores_of
 from dse.analysis.evaluate import Evaluator
 from dse.analysis.latency.contributors import flow_rows
 from dse.analysis.latency.processing import is_logical
-from dse.analysis.latency.stored_inputs import may_be_stored
+from dse.analysis.latency.stored_inputs import may_be_stored, takes_at_once
 from dse.analysis.measures import build_measure
 from dse.analysis.messages.stages import counted_buses
 from dse.analysis.messages.waits import message_responses, with_identifiers
@@ -294,7 +294,7 @@ def _excuses(plan: Plan, *, bus_contention: bool, endless_queues: bool) -> list[
 def _notes(space: Space, plan: Plan, *, contention: bool) -> Iterator[str]:
     if plan.overloaded:
         yield f"overloaded: {', '.join(plan.overloaded)}; the bounds do not hold for such a design"
-    if contention:
+    if contention and any(task.core is not None for task in plan.tasks.values()):
         counted = "the bounds count response times, and must hold"
         if space.processing != "response_time":
             counted = "bounds from execution times can be exceeded; those from response times must hold"
@@ -388,7 +388,7 @@ def _gaps(space: Space, flow: Flow, view: View) -> Iterator[str]:
         triggers = step.via in component.triggers
         protocol = at(component.protocol, view)
         eager = is_event_triggered(component, view)
-        if eager and not triggers and not may_be_stored(space, step):
+        if eager and not (triggers or takes_at_once(space, component) or may_be_stored(space, step)):
             yield f"{wire.name} does not dispatch {component.name}: its data wait for what does, which no bound counts"
         if protocol == "hybrid" and not triggers and at(component.callback_ns, view) is not None:
             yield f"{wire.name} does not run the callback of {component.name}, which the bounds count"

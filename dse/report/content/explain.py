@@ -15,7 +15,7 @@ from dse.answers.result import Clash, Conflict, Result
 from dse.answers.tables.display import each_core_words, readable
 from dse.report.amounts import amount_words, listed
 from dse.report.page import MINUS, Block, Item, Listing, Page, Section, Text, few, listing, texts
-from dse.report.words.basis import basis_words
+from dse.report.words.basis import basis_words, waiting_verdict
 from dse.report.words.clocks import boundary_words
 from dse.report.words.contention import safe_words
 from dse.report.words.lateness import delayed_words, late_words, overload_words, shorter_words
@@ -76,7 +76,8 @@ def explanation_page(explanation: Explanation) -> Page:
         say.line("A longer --time-limit looks further.")
     spent = f"{count_words(explanation.solver_calls, 'question')} solved, {explanation.wall_s:.2f} s"
     basis = basis_words(explanation.problem.effective)
-    say.line(f"{spent}; every design recomputed without the solver. {basis[:1].upper()}{basis[1:]}.")
+    verdict = waiting_verdict(explanation.waiting)
+    say.line(f"{spent}; every design recomputed without the solver. {basis[:1].upper()}{basis[1:]}. {verdict}".rstrip())
     name = explanation.problem.name
     section = Section("explanation", "Conflicts and relaxations", tuple(say.blocks))
     limits = dict.fromkeys(item.demand.text for item in explanation.relaxations if item.demand.origin == ORIGIN)

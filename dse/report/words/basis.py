@@ -2,20 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
-from dse.analysis.diagnosis.front_verdicts import leaves_out_buses, uncounted_buses
-from dse.analysis.latency.rows import counts_responses
-from dse.analysis.messages.stages import counted_buses
+from dse.analysis.diagnosis.front_verdicts import waiting_counted
 from dse.report.amounts import listed
 from dse.space.model.metric_kinds import flows_in
 from dse.space.model.space import Space
 from dse.space.model.trees import leaves
-from dse.space.question.open_cores import is_scheduled
+from dse.space.question.open_cores import asked_metrics, is_scheduled
 from dse.space.question.settings import OSATE_SETTINGS, SETTINGS, profile_defaults, settings_of
 
 PER_CORE = "Utilisation counts one core as 100 %, n cores as n times that; a limit of 70 % is one of each core."
+PROCESSORS = "processors"
+"""All processors together, among the resources for which waiting is counted."""
 
 
 def basis_parts(settings: Mapping[str, Any]) -> dict[str, str]:
@@ -50,37 +50,62 @@ def basis_words(settings: Mapping[str, Any]) -> str:
     return ", ".join(basis_parts(settings).values())
 
 
-def counted_parts(space: Space) -> tuple[list[str], list[str]]:
-    """The delays that latencies count, and those that they leave out; two empty lists where no latency is asked for.
+def counted_delays(waiting: Mapping[str, Sequence[str]]) -> str:
+    """The delays that latencies count besides waiting: execution, transmission, and the faults of wires that have some.
 
-    Lists of nouns such as *execution* and *waiting for the CPU*, to be joined in a sentence.
+    >>> counted_delays({"counted": ["can0"], "not_counted": [], "faults": ["can0"]})
+    'execution, transmission, faults of can0'
     """
-    asked = [item.metric for item in space.requirements] + [item.metric for item in space.objectives]
-    if not any(flows_in(space, metric) or is_scheduled(space, metric) for metric in asked):
-        return [], []
-    is_counted = counts_responses(space) and any(item.processor is not None for item in space.components)
-    counted = ["execution", *(["waiting for the CPU"] if is_counted else []), "transmission"]
-    counted += ["waiting for the bus"] if counted_buses(space) else []
-    left = [] if counts_responses(space) else ["waiting for the CPU"]
-    if leaves_out_buses(space):
-        of = f" of {listed([bus.name for bus in uncounted_buses(space)])}" if counted_buses(space) else ""
-        left += [f"bus arbitration{of}"]
-    return counted, left
+    faults = [f"faults of {listed(waiting['faults'])}"] if waiting.get("faults") else []
+    return ", ".join(["execution", "transmission", *faults])
+
+
+def waiting_verdict(waiting: Mapping[str, Sequence[str]]) -> str:
+    """The sentence on the resources for which waiting is counted, and on those for which it is not; "" without any.
+
+    `waiting` is the form of `waiting_counted`; buses are named where some are counted and others are not.
+
+    >>> waiting_verdict({"counted": ["processors", "can0"], "not_counted": []})
+    'Waiting counted: processors, buses.'
+    >>> waiting_verdict({"counted": ["processors", "can0"], "not_counted": ["ser0", "eth0"]})
+    'Waiting counted: processors, can0; not counted: ser0, eth0.'
+    >>> waiting_verdict({"counted": [], "not_counted": ["processors", "can0"]})
+    'Waiting not counted: processors, buses.'
+    """
+    parts = {key: waiting.get(key, ()) for key in ("counted", "not_counted")}
+    buses = {key: [name for name in names if name != PROCESSORS] for key, names in parts.items()}
+    is_one = not (buses["counted"] and buses["not_counted"])
+    names = {
+        key.replace("_", " "): [PROCESSORS] * (PROCESSORS in part)
+        + (["buses"] if is_one and buses[key] else buses[key])
+        for key, part in parts.items()
+    }
+    said = [f"{what}: {', '.join(which)}" for what, which in names.items() if which]
+    return f"Waiting {'; '.join(said)}." if said else ""
+
+
+def counts_latencies(space: Space) -> bool:
+    """Whether a requirement or an objective is about the latency of a flow, or a response time."""
+    return any(flows_in(space, metric) or is_scheduled(space, metric) for metric in asked_metrics(space))
 
 
 def counting_words(space: Space, settings: Mapping[str, Any] | None = None) -> str:
-    """The delays that latencies count and those that they leave out, and unusual settings; "" if no latency is asked.
+    """The delays that latencies count, the verdict on waiting, and unusual settings; "" if no latency is asked.
 
-    Sentences such as ``execution, transmission. Not waiting for the CPU. Deadlines: all.`` `settings` are those of the
-    question by name; None for those of the space, which do not say whether it is robust.
+    Sentences such as ``execution, transmission. Waiting not counted: processors. Deadlines: all.`` `settings` are those
+    of the question by name; None for those of the space, which do not say whether it is robust.
     """
-    counted, left = counted_parts(space)
-    if not counted:
+    if not counts_latencies(space):
         return ""
-    said = f"{', '.join(counted)}." + (f" Not {', not '.join(left)}." if left else "")
+    waiting = waiting_counted(space)
     omitted = {"processing", "overload", *(["profile"] if space.profile == "dse" else [])}
     rules = ", ".join(text for name, text in basis_parts(settings or settings_of(space)).items() if name not in omitted)
-    return f"{said} {rules[:1].upper()}{rules[1:]}.".rstrip(" .") + "."
+    said = [
+        f"{counted_delays(waiting)}.",
+        waiting_verdict(waiting),
+        f"{rules[:1].upper()}{rules[1:]}." if rules else "",
+    ]
+    return " ".join(filter(None, said))
 
 
 def scale_words(space: Space) -> str:

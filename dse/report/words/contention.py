@@ -23,7 +23,7 @@ from dse.answers.designs import Point
 from dse.answers.result import Result
 from dse.answers.tables.display import readable
 from dse.report.amounts import listed
-from dse.report.words.basis import basis_parts
+from dse.report.words.basis import basis_parts, counted_delays, waiting_verdict
 from dse.space.model.metric_kinds import flows_in
 from dse.space.model.space import Design, Space
 from dse.space.model.trees import leaves
@@ -130,20 +130,18 @@ def study_settings(data: Mapping[str, Any]) -> Mapping[str, str]:
 
 
 def study_counting_words(data: Mapping[str, Any]) -> str:
-    """The delays that latencies of a study count and leave out, and its unusual settings; "" where none are stated.
+    """The delays that latencies of a study count, the verdict on waiting, and unusual settings; "" without settings.
 
     Sentences that begin with *Counted*; `data` is the JSON form of a sweep or a sensitivity study.
     """
     settings = study_settings(data)
     if not settings:
         return ""
-    is_counted = settings["processing"] == "response_time" and settings["profile"] != "osate-2.2"
-    left = [*([] if is_counted else ["waiting for the CPU"]), *(["bus arbitration"] if data.get("bus_waiting") else [])]
-    counted = f"execution, {'waiting for the CPU, ' if is_counted else ''}transmission."
+    waiting = data["waiting"]
     omitted = {"processing", *(["profile"] if settings["profile"] == "dse" else [])}
     rules = ", ".join(text for name, text in basis_parts(settings).items() if name not in omitted)
-    parts = [f"Counted  {counted}", *([f"Not {', not '.join(left)}."] if left else [])]
-    return " ".join([*parts, *([f"{rules[:1].upper()}{rules[1:]}."] if rules else [])])
+    parts = [f"Counted  {counted_delays(waiting)}.", waiting_verdict(waiting)]
+    return " ".join(filter(None, [*parts, f"{rules[:1].upper()}{rules[1:]}." if rules else ""]))
 
 
 def bus_words(space: Space) -> str:

@@ -131,6 +131,7 @@ def late_message_words(late: LateMessage) -> str:
     """The reason why a message is late: messages before it, and an identifier or priority that would be early enough.
 
     ``m3 (0x13) ends 0.7 ms late on b: 0.54 ms of its own, behind 2 x m0 (1.08 ms); in time right before m1, with 0x10``
+    In a flow that misses its limit: ``m3 (0x13) waits 1.08 ms for b, behind 2 x m0 (1.08 ms); 0.7 ms less right …``
     """
     item = late.message
     name = _named(item) if item.identifier is None else f"{_named(item)} ({item.identifier:#x})"
@@ -140,18 +141,25 @@ def late_message_words(late: LateMessage) -> str:
     waits = _waits_for(item)
     parts += [waits] if waits else []
     behind = f", behind {', '.join(parts)}" if parts else ""
+    if late.flow and item.response_ns is not None:
+        waited = in_ms(item.response_ns - item.transmission_ns[1])
+        return f"{late.flow}: {name} waits {waited} for {late.bus}{behind}{_would_do(late)}"
     return f"{name} {end} on {late.bus}: {in_ms(item.transmission_ns[1])} of its own{behind}{_would_do(late)}"
 
 
 def _would_do(late: LateMessage) -> str:
+    in_time, not_enough = "in time", "late"
+    if late.flow and late.late_ns is not None:
+        in_time, not_enough = f"{in_ms(late.late_ns)} less", f"not {in_ms(late.late_ns)} less"
     if late.message.priority is not None:
         if late.priority is None:
-            return "; late with any priority while the others keep theirs"
-        return f"; in time with priority {late.priority}{_but_late(late)}"
+            return f"; {not_enough} with any priority while the others keep theirs"
+        return f"; {in_time} with priority {late.priority}{_but_late(late)}"
     if late.before is None:
-        return "" if late.message.identifier is None else "; late with any identifier while the others keep theirs"
+        whichever = "with any identifier while the others keep theirs"
+        return "" if late.message.identifier is None else f"; {not_enough} {whichever}"
     free = "" if late.identifier is None else f", with {late.identifier:#x} for example"
-    return f"; in time right before {late.before}{free}{_but_late(late)}"
+    return f"; {in_time} right before {late.before}{free}{_but_late(late)}"
 
 
 def _but_late(late: LateMessage) -> str:

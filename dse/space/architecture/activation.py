@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 
 from dse.importers.registry import STORED_PORTS
+from dse.space.architecture.arbitration import untraded_orders
 from dse.space.architecture.joins import ALL, BY_MESSAGES, may_join
 from dse.space.model.arrivals import BY_INPUTS
 from dse.space.model.space import Component, Connection, Space
@@ -151,6 +152,7 @@ def exclusions(space: Space) -> Iterator[str]:
     """
     for cycle in _possible_cycles(space):
         yield f"designs are excluded in which event-triggered components dispatch each other in a cycle: {cycle}"
+    yield from untraded_orders(space)
 
 
 def _check_cycles(ledger: Ledger, space: Space) -> None:

@@ -12,7 +12,8 @@ from dataclasses import replace
 
 from dse.space.architecture.carriers import carriers
 from dse.space.model.kinds import Arbitration
-from dse.space.model.space import EMPTY, UNKNOWN_TYPE, Bus, Connection
+from dse.space.model.metric_kinds import flows_in
+from dse.space.model.space import EMPTY, UNKNOWN_TYPE, Bus, Connection, Space
 from dse.space.model.trees import leaves
 from dse.space.properties import Ledger, type_choice
 from dse.spec.schema.fields import ANY_IDENTIFIER, MOST_IDENTIFIER
@@ -72,7 +73,7 @@ def with_arbitration(ledger: Ledger, spec: Spec, buses: Sequence[Bus], wires: Se
         for number in reached:
             on_bus.setdefault(number, []).append(wire)
         stated = spec.connections.get(wire.name)  # none of a reply
-        if stated is not None and wire.identifier is not None and not stated.bus:
+        if stated is not None and stated.identifier is not None and not stated.bus:
             ledger.error(("connections", wire.name, "identifier"), "an identifier is that of a message on a `bus`")
         is_local = stated is not None and bool(stated.bus) and not reached  # its ends share a processor
         is_asked = stated is not None and stated.priority is not None and not is_local
@@ -103,6 +104,33 @@ def with_arbitration(ledger: Ledger, spec: Spec, buses: Sequence[Bus], wires: Se
             bus = replace(bus, uncounted=missing)
         found.append(bus)
     return tuple(found)
+
+
+def untraded_orders(space: Space) -> Iterator[str]:
+    """The orders of messages with any identifier that are no designs, where another could be better for some flow.
+
+    A clause for each bus on which a rule places several messages of the flows that are asked about.
+    """
+    asked = [item.metric for item in space.requirements] + [item.metric for item in space.objectives]
+    flows = frozenset(name for metric in asked for name in flows_in(space, metric))
+    steps = [step for flow in space.flows if flow.name in flows for step in flow.steps if step.kind == "connection"]
+    wires = [space.connections[number] for number in dict.fromkeys(step.index for step in steps)]
+    placed = [wire for wire in wires if ANY_IDENTIFIER in set(leaves(wire.identifier)) and not _is_carried(wire)]
+    is_counted = space.profile == "dse" and space.bus_queuing == "counted"
+    for number, bus in enumerate(space.buses if is_counted else ()):
+        names = [wire.name for wire in placed if number in carriers(space.buses, wire)]
+        if len(names) > 1 and "priority" in set(leaves(bus.arbitration)):
+            more = f" and {len(names) - MOST_SHOWN} more" if len(names) > MOST_SHOWN else ""
+            yield (
+                f"messages with any identifier on {bus.name} have the order that the rule {bus.assignment} gives: "
+                f"designs with another order of {', '.join(names[:MOST_SHOWN])}{more}, which could trade between "
+                "flows, are left out; list identifiers to include them"
+            )
+
+
+def _is_carried(wire: Connection) -> bool:
+    """Whether a connection is in the message of another one in each design."""
+    return wire.carried_in is not None and None not in set(leaves(wire.carried_in))
 
 
 def _may_be_ordered(spec: Spec, buses: Sequence[Bus], reached: Sequence[int]) -> bool:
@@ -157,12 +185,16 @@ def _missing(
     kinds: Mapping[str, Arbitration | None],
     wires: Sequence[Connection],
 ) -> Iterator[str]:
-    """Reasons why the waiting for a bus with these `wires` is not counted, the most important first."""
+    """Reasons why the waiting for a bus with these `wires` is not counted, the most important first.
+
+    A connection that is always carried in a message has the identifier or priority of that: its carrier is named.
+    """
+    ordered = [wire for wire in wires if not _is_carried(wire)]
     yield from (f"{name} states no `arbitration`" for name, kind in kinds.items() if kind is None)
     if "classes" in kinds.values():
-        yield from _said("no `priority`", [wire for wire in wires if None in set(leaves(wire.priority))])
+        yield from _said("no `priority`", [wire for wire in ordered if None in set(leaves(wire.priority))])
     if "priority" in kinds.values():
-        yield from _said("no `identifier`", [wire for wire in wires if None in set(leaves(wire.identifier))])
+        yield from _said("no `identifier`", [wire for wire in ordered if None in set(leaves(wire.identifier))])
     yield from _said("no `data_size`", [wire for wire in wires if None in set(leaves(wire.size_bytes))])
     yield from _said("several buses at once", [wire for wire in wires if _is_on_several(buses, wire)])
 

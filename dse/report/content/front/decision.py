@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal
 
 from dse.analysis.binding import bus_stack
+from dse.analysis.diagnosis.front_verdicts import waiting_counted
 from dse.analysis.latency.rows import JOIN_METHOD, Row
 from dse.analysis.views import View
 from dse.answers.analysis import Analysis, FlowTable
@@ -25,7 +26,7 @@ from dse.report.content.front.first_screen import Screen
 from dse.report.page import Text
 from dse.report.plots.design import drawn_ns
 from dse.report.plots.front import drawn_figures
-from dse.report.words.basis import counted_parts
+from dse.report.words.basis import counted_delays, counts_latencies, waiting_verdict
 from dse.report.words.choice import beyond_words, margin_parts, short_metrics
 from dse.report.words.headline import found_words
 from dse.report.words.reasons import figures_words
@@ -76,11 +77,13 @@ def banner(screen: Screen) -> Banner:
     """
     result = screen.result
     _, status, _ = found_words(result, screen.kinds)
-    counted_in, left_out = counted_parts(result.space)
+    waiting = waiting_counted(result.space)
     is_complete = result.status == "complete"
     facts = [(is_complete, f"{status[:1].upper()}{status[1:]}".rstrip("."))]
-    facts += [(True, f"Counted: {', '.join(counted_in)}")] if counted_in else []
-    facts += [(False, f"Not counted: {text}") for text in left_out]
+    if counts_latencies(result.space):
+        facts.append((True, f"Counted: {counted_delays(waiting)}"))
+        verdict = waiting_verdict(waiting).rstrip(".")
+        facts += [(not waiting["not_counted"], verdict)] if verdict else []
     note = screen.waiting.note()
     facts += [(not note.startswith("With waiting for the CPU no"), note.rstrip("."))] if note else []
     if result.status == "infeasible":

@@ -118,7 +118,7 @@ class Screen:
             counted, profile = counted_words(self.result)
             said = " ".join(filter(None, (counted, self.waiting.note(), profile)))
             if counted:
-                yield Text(f"Counted  {said}", "doubtful" if " Not " in said else "plain", hang=HANG)
+                yield Text(f"Counted  {said}", "doubtful" if "not counted: " in said else "plain", hang=HANG)
 
     @cached_property
     def warnings(self) -> list[str]:
