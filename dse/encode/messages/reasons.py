@@ -75,7 +75,9 @@ def soonest_conditions(
     some are late. None where that is no more than a solution `has`.
     """
     number, waiting = term.message, term.waiting
-    if number is None or waiting is None or not is_settled(space) or not _all_must_be_in_time(space):
+    if number is None or waiting is None or not (is_settled(space) and open_identifiers(space)):
+        return None
+    if not _all_must_be_in_time(space):
         return None
 
     def least(seen: View) -> int | None:
@@ -113,8 +115,8 @@ def undelayed_conditions(
     if number is None or waiting is None or not counts_responses(space):
         return None
     alone = replace(space, processing="execution_time")
-    if open_identifiers(space):
-        return soonest_conditions(alone, chosen, term, view, has)
+    if (sooner := soonest_conditions(alone, chosen, term, view, has)) is not None:
+        return sooner
 
     def least(seen: View) -> int:
         waited = message_waits_ns(alone, number, seen)

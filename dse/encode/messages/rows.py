@@ -43,7 +43,7 @@ from dse.encode.linear import EXACT_LIMIT, Board, Given
 from dse.encode.messages.frames import Rider, due_riders, own_literal, riders_of
 from dse.space.model.space import EMPTY
 from dse.space.model.trees import at, leaves
-from dse.spec.schema.fields import MOST_IDENTIFIER
+from dse.spec.schema.fields import ANY_IDENTIFIER, MOST_IDENTIFIER
 from dse.support.timelimit import look_at_the_clock
 from dse.support.units import Exact
 
@@ -113,7 +113,7 @@ def add_waiting_rows(board: Board, number: int, least: Any, variable: Any, scale
 
     Each message with a lower number goes before it with each job that comes until it begins: one at least, and as many
     as come while all that surely go before it are sent. The longest of the others has begun, or goes first, too; where
-    frames have several connections that alone is said.
+    its number is a free choice, or frames have several connections, that alone is said.
     """
     space = board.space
     wire = space.connections[number]
@@ -128,7 +128,7 @@ def add_waiting_rows(board: Board, number: int, least: Any, variable: Any, scale
         given = {slot.type_decision: option}
         if slot.types[option] != EMPTY and "priority" in set(leaves(slot.arbitration)):
             on_bus = _OnBus(board, bus, given, {})
-            if is_each_alone(space):
+            if is_each_alone(space) and set(leaves(wire.identifier)) != {ANY_IDENTIFIER}:
                 on_bus.add_waiting(number, least, variable, scale)
             else:
                 on_bus.add_blocking(number, least, variable, scale)

@@ -86,29 +86,34 @@ def reason_of_value(
 ) -> tuple[Reason, int]:
     """Conditions under which a figure is at least so large: more than a solution `has`, and at most its `exact` value.
 
-    Of a thread's waiting as little counts as shows that it is more: its executor, its core, or all that there is. All
-    that the figure hangs on are conditions where it may fall.
+    Of a thread's waiting as little counts as shows that it is more: its executor, its core, all threads, as if no
+    message waited, or all that there is. All that the figure hangs on are conditions where it may fall.
     """
     value = term.value
-    if term.may_fall or counted_buses(space):  # what messages wait for hangs on all on their bus
-        known = None if term.may_fall else value_conditions(space, places.chosen, term, view, has, exact)
-        return (
-            (_seen(space, places, value, view, ()), exact) if known is None else (Reason(tuple(known[0]), ()), known[1])
-        )
+    if term.may_fall:
+        return _seen(space, places, value, view, ()), exact
+    has_buses = bool(counted_buses(space))
+    if has_buses and (known := value_conditions(space, places.chosen, term, view, has, exact)) is not None:
+        return Reason(tuple(known[0]), ()), known[1]
     groups = _groups(space, places, view)
 
     def with_only(given: Sequence[tuple[int, tuple[int, ...]]], design: Sequence[int]) -> int:
         return value(View(design, [threads for _, threads in given]))
 
-    is_known = all(_is_known(places, processor, number) for processor, numbers in groups for number in numbers)
+    is_known = not has_buses and all(
+        _is_known(places, processor, number) for processor, numbers in groups for number in numbers
+    )
     least = exact
     for few in _few_groups(space, groups, term, view):
         found = with_only(few, view.design)
         if found > has:
             groups, least, is_known = few, found, True
             break
-    if not is_known and with_only(groups, view.design) < least:
-        return _seen(space, places, value, view, ()), exact
+    if not is_known:
+        found = with_only(groups, view.design)
+        if found <= has or (found < least and not has_buses):
+            return _seen(space, places, value, view, ()), exact
+        least = found
     for group in list(groups):
         fewer = [item for item in groups if item != group]
         if with_only(fewer, view.design) >= least:
