@@ -194,6 +194,18 @@ def test_a_flow_over_one_of_40_messages() -> None:
     }  # fmt: skip
 
 
+def test_a_flow_over_two_of_40_messages() -> None:
+    """Who goes before either is learnt one message at a time: 23 points without a set of identifiers for each."""
+    text = robot(40).replace("from: d37, to: sink", "from: d37, to: d38")
+    wanted = "flows: {f: {path: [d37, m37, d38, m38, sink]}}\nobjectives: "
+    wanted += "[minimise price, minimise changes, minimise jitter of f]"
+    found = dse.solve(text.replace("objectives: [minimise price, minimise changes]", wanted))
+    assert found.status == "complete"
+    least = {tuple(point.objectives.values()) for point in found.front}
+    assert len(least) == 23
+    assert {(300, 4, 119_108_000), (300, 12, 116_068_000), (600, 0, 116_274_000), (600, 13, 106_004_000)} <= least
+
+
 def test_the_jitter_of_a_message_may_hang_on_another_through_threads_on_its_way() -> None:
     """A message that waits dispatches a thread, and this the sender of another message: not where a timer sends it."""
     lines = ["dse: 1", "name: through", "processing: execution_time", "processor_types: {c: {}}"]

@@ -12,14 +12,14 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 from itertools import permutations
 
-from dse.analysis.limits import HOLDS, Limit
+from dse.analysis.limits import HOLDS, Limit, judge
 from dse.analysis.memo import Watching
 from dse.analysis.messages.stages import counted_buses
 from dse.analysis.placement.first_fit import core_of_each
 from dse.analysis.rates import NS_PER_S, is_event_triggered, rate_hz
 from dse.analysis.scheduling.busy_window import Stream, Task, response_time_ns
 from dse.analysis.scheduling.priorities import number_of, order_ns
-from dse.analysis.scheduling.responses import counted_ns, subset_responses
+from dse.analysis.scheduling.responses import counted_ns, subset_responses, with_threads
 from dse.analysis.scheduling.tasks import work_ns
 from dse.analysis.terms import FlowChain
 from dse.analysis.views import Noting, View
@@ -123,6 +123,30 @@ def reason_of_value(
         if with_only(fewer, view.design) >= least:
             groups = fewer
     return _seen(space, places, lambda seen: with_only(groups, seen.design), view, groups), least
+
+
+def reason_of_message(space: Space, places: Places, limit: Limit, view: View) -> Reason:
+    """Conditions that together make the message of a limit late, with as few threads that wait as will do.
+
+    All of them hold in the design.
+    """
+
+    def is_late(given: Sequence[tuple[int, tuple[int, ...]]], design: Sequence[int]) -> bool:
+        seen = with_threads(space, [threads for _, threads in given], design)
+        return not judge(limit, seen).holds
+
+    groups = _groups(space, places, view)
+    if not is_late(groups, view.design):
+        return _seen(space, places, lambda seen: judge(limit, seen).holds, view, ())
+    for group in list(groups):
+        fewer = [item for item in groups if item != group]
+        if is_late(fewer, view.design):
+            groups = fewer
+    for number in [item for _, threads in groups for item in threads]:
+        fewer = [(slot, left) for slot, threads in groups if (left := tuple(n for n in threads if n != number))]
+        if is_late(fewer, view.design):
+            groups = fewer
+    return _seen(space, places, lambda seen: is_late(groups, seen.design), view, groups)
 
 
 def _few_groups(

@@ -39,13 +39,15 @@ class Lesson:
     """Not all at once: each decision has one of the options beside it, and the threads of each group share a core.
 
     Of each pair of `above` the first decision has an option that is no earlier than the second's.
-    With `raised` (a thread, and a time in ns): else that thread waits so long at least.
+    With `raised` (a thread, and a time in ns): else that thread waits so long at least. With `before` (the key of a
+    message that waits, and another message): else the other one goes before it.
     """
 
     box: Mapping[int, frozenset[int]]
     groups: Groups
     raised: tuple[int, Fraction] | None = None
     above: tuple[tuple[int, int], ...] = ()
+    before: tuple[int, int] | None = None
 
 
 def is_late_limit(limit: Limit) -> bool:
