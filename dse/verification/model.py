@@ -360,7 +360,7 @@ class SecondModel:
         lessons: list[Lesson] = []
         view = View(values)
         if any(not judge(limit, view).holds for limit in self.tables.messages):
-            lessons = message_lessons(space, self.tables.messages, values)
+            lessons = message_lessons(space, self.tables.messages, values, has_places=bool(self.places))
         is_late = bool(lessons)  # a late message says more than how long messages wait
         if self.waiting is not None:
             said = {

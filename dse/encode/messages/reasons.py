@@ -4,7 +4,10 @@ What keeps a bus busier makes messages wait no less (`dse.analysis.messages.burd
 does so with every option that is no better, and decisions do not matter with whose best option it takes as long. That
 holds where the jitter of messages is the same whatever the bus carries: where no message that waits releases what sends
 another, and senders end within their longest processing. Where messages may have any identifier it holds of the place
-that a message has when those of the others come first: it has no better one in any order that meets all deadlines.
+that a message has when those of the others come first: it has no better one in any order that meets all deadlines. What
+goes before it there does so in each of these orders, and is told to the model one message at a time: few sets of
+messages are then looked at. Of messages of flows the rule has the earlier ones of the file first, where that leaves all
+in time: so in designs in which nothing is busier, too, which is a condition in the other direction.
 """
 
 from __future__ import annotations

@@ -147,7 +147,7 @@ def _without_order(space: Space, limits: Sequence[Limit], design: Design) -> Ite
         yield Lesson(_box(space, is_late, design, noting.seen), (group,))
 
 
-def _pairs(
+def ordered_pairs(
     space: Space, groups: Groups | None, seen: Mapping[int, int]
 ) -> tuple[frozenset[int], tuple[tuple[int, int], ...]]:
     """The priorities among options that were looked at of which only the order counts, and that order."""
@@ -171,10 +171,10 @@ def waiting_lesson(space: Space, number: int, waited: Fraction, design: Design) 
         known = all_responses(space, view) if groups is None else subset_responses(space, groups, view)
         return waited_ns(space, number, view, counted_ns(known.get((number, "thread"), 0))) >= waited
 
-    groups = _least(space, number, waits, design)
+    groups = least_groups(space, number, waits, design)
     noting = Noting(design)
     assert waits(groups, View(noting)), "a thread waits no more"
-    apart, above = _pairs(space, groups, noting.seen)
+    apart, above = ordered_pairs(space, groups, noting.seen)
     box = {item: frozenset((option,)) for item, option in noting.seen.items() if item not in apart}
     return Lesson(box, groups or (), (number, waited), above)
 
@@ -188,20 +188,20 @@ def chain_lesson(space: Space, key: int, chain: FlowChain, waited: Fraction, des
     def waits(groups: Sequence[Sequence[int]] | None, view: View) -> bool:
         return chain_wait_ns(space, chain, View(view.design, groups)) >= waited
 
-    groups = _least(space, chain.threads[-1], waits, design)
+    groups = least_groups(space, chain.threads[-1], waits, design)
     noting = Noting(design)
     assert waits(groups, View(noting)), "a chain waits no more"
     for group in groups or ():
         for thread in group:
             at(space.components[thread].processor, View(noting))
-    apart, above = _pairs(space, groups, noting.seen)
+    apart, above = ordered_pairs(space, groups, noting.seen)
     box = {item: frozenset((option,)) for item, option in noting.seen.items() if item not in apart}
     return Lesson(box, groups or (), (key, waited), above)
 
 
 def _lesson(space: Space, limit: Limit, design: Design) -> Lesson:
     number = limit.requirement.metric.index or 0
-    groups = _least(space, number, lambda given, view: _breaks(space, limit, given, view), design)
+    groups = least_groups(space, number, lambda given, view: _breaks(space, limit, given, view), design)
 
     def is_late(given: Sequence[int]) -> bool:
         view = View(given)
@@ -209,7 +209,7 @@ def _lesson(space: Space, limit: Limit, design: Design) -> Lesson:
 
     noting = Noting(design)
     assert is_late(noting), "a thread is late no more"
-    apart, above = _pairs(space, groups, noting.seen)
+    apart, above = ordered_pairs(space, groups, noting.seen)
     return Lesson(_box(space, is_late, design, noting.seen, apart), groups or (), above=above)
 
 
@@ -234,7 +234,7 @@ def _breaks(space: Space, limit: Limit, groups: Sequence[Sequence[int]], view: V
     return not HOLDS[limit.requirement.operator](Fraction(counted_ns(response)), limit.bound(view))
 
 
-def _least(
+def least_groups(
     space: Space, number: int, breaks: Callable[[Sequence[Sequence[int]], View], bool], design: Design
 ) -> Groups | None:
     """Groups of threads of which none can be left out; None where first-fit decides who shares a core."""

@@ -28,12 +28,12 @@ from dse.analysis.messages.conflicts import Conflict, conflicts, is_own_deadline
 from dse.analysis.messages.frames import added, apart, has_own_message, longest_frame_ns
 from dse.analysis.messages.stages import candidate_of, counted_buses, identifier_range, is_comparable, limit_ns
 from dse.analysis.scheduling.resolve import released_undelayed
-from dse.analysis.scheduling.responses import message_waits_ns
+from dse.analysis.scheduling.responses import message_waits_ns, with_threads
 from dse.analysis.views import CyclicActivation, Noting, PartialView, View, tabulate
 from dse.space.model.space import Design, Space
 from dse.space.model.trees import Choice, NotOffered, at, leaves
 from dse.support.units import Exact
-from dse.verification.scheduling.contention import Lesson
+from dse.verification.scheduling.contention import Lesson, least_groups, ordered_pairs
 
 MOST_CASES = 16
 """A message with more combinations of options than this has no part in rows."""
@@ -341,8 +341,8 @@ def limited_by_deadline(space: Space, limits: Sequence[Limit]) -> set[int]:
     return {number for number, item in pairs if is_own_deadline(space, number, item.bound)}
 
 
-def message_lessons(space: Space, limits: Sequence[Limit], design: Design) -> list[Lesson]:
-    """The lesson from messages that miss these limits in a design."""
+def message_lessons(space: Space, limits: Sequence[Limit], design: Design, *, has_places: bool) -> list[Lesson]:
+    """The lesson from messages that miss these limits in a design; of threads that wait where these have places."""
     view = View(design)
     limited = limited_by_deadline(space, limits)
     found = [
@@ -354,7 +354,26 @@ def message_lessons(space: Space, limits: Sequence[Limit], design: Design) -> li
     if found:
         return found
     late = [item for item in limits if not judge(item, view).holds]
-    return [Lesson(_seen(lambda given, item=item: not judge(item, View(given)).holds, design), ()) for item in late]  # type: ignore[misc]
+    return [_late_lesson(space, item, design, has_places=has_places) for item in late]
+
+
+def _late_lesson(space: Space, limit: Limit, design: Design, *, has_places: bool) -> Lesson:
+    """The lesson from one message that is late in a design, with as few threads that wait as make it late."""
+
+    def is_late(groups: Sequence[Sequence[int]] | None, given: Sequence[int]) -> bool:
+        view = View(given) if groups is None else with_threads(space, groups, given)
+        return not judge(limit, view).holds
+
+    groups = None
+    if counts_responses(space) and has_places:
+        groups = least_groups(space, -1, lambda found, view: is_late(found, view.design), design)
+    noting = Noting(design)
+    assert is_late(groups, noting), "a message is in time"
+    for thread in (one for group in groups or () for one in group):
+        at(space.components[thread].processor, View(noting))
+    apart, above = ordered_pairs(space, groups, noting.seen)
+    box = {item: frozenset((option,)) for item, option in noting.seen.items() if item not in apart}
+    return Lesson(box, groups or (), above=above)
 
 
 def _conflict_lesson(space: Space, conflict: Conflict, design: Design) -> Lesson:
