@@ -289,7 +289,7 @@ class Sent:
     longest_ns: Exact
 
     def carried_until(self, time: Exact) -> list[_Carried]:
-        """What it may carry that is due by `time`."""
+        """Connections that it may carry and that are due by `time`."""
         return [item for item in self.carried if item.limit_ns is not None and item.limit_ns <= time]
 
     def is_due(self, time: Exact) -> bool:
