@@ -17,6 +17,10 @@ SHOWING = ("semantics.md", "tutorial.md", "classic-problems.md", "ranking.md", "
 """Documents that show files, commands or figures."""
 LINK = re.compile(r"\]\((?!https?:)(?P<path>[^)#]+)(#[^)]*)?\)")
 CITED = re.compile(r"docs/semantics\.md,\s+section\s+(?P<section>\d+(?:\.\d+)?)")
+NAMED_FILE = re.compile(r"`((?:dse|tests|docs)/[\w/]+(?:\.\w+)?)`")
+NAMED_OBJECT = re.compile(r"`(dse(?:\.\w+)+)`")
+ENTRY_POINTS = ("dse.metrics", "dse.aadl")
+"""A group of entry points, and the file of an AADL property set."""
 HEADING = re.compile(r"^#{2,3} (?P<section>\d+(?:\.\d+)?)\.? ", re.M)
 
 
@@ -51,6 +55,29 @@ def test_docstrings_cite_sections_that_there_are_and_every_rule_has_its_code() -
     prose = {"3.4", "3.5", "8"}  # a list of settings, a worked example, and what there is no code for
     assert rules - prose <= cited
     assert not [path for path, text in sources.items() if re.search(r"\(semantics, section", text)]
+
+
+def test_files_and_modules_that_texts_name_exist() -> None:
+    """``dse/…`` in backticks is a file or folder, ``dse.….name`` a name that its module has."""
+    paths = [*ROOT.glob("*.md"), *DOCS.rglob("*.md"), *(ROOT / "dse").rglob("*.py")]
+    missing = set()
+    for path in paths:
+        text = path.read_text(encoding="utf-8")
+        missing |= {(path.name, name) for name in NAMED_FILE.findall(text) if not (ROOT / name).exists()}
+        missing |= {(path.name, name) for name in NAMED_OBJECT.findall(text) if not _is_there(name)}
+    assert {item for item in missing if item[1] not in ENTRY_POINTS} == set()
+
+
+def _is_there(name: str) -> bool:
+    """Whether a dotted name is that of a module, or of something that its module names."""
+    parts = name.split(".")
+    for count in range(len(parts), 0, -1):
+        place = ROOT.joinpath(*parts[:count])
+        module = next((one for one in (place.with_suffix(".py"), place / "__init__.py") if one.exists()), None)
+        if module is not None:
+            rest = parts[count : count + 1]
+            return all(re.search(rf"\b{word}\b", module.read_text(encoding="utf-8")) for word in rest)
+    return False
 
 
 def test_the_reference_of_formats_is_what_the_schemas_say() -> None:

@@ -129,16 +129,12 @@ def _utilisation(space: Space, metric: Metric, counted: bool) -> Measure:
     return _scaled(metric, "ppm", terms, utilisation_scale(space, terms) if counted else 1)
 
 
-def _load(space: Space, metric: Metric, counted: bool) -> Measure:
-    number = metric.index or 0
-    terms = load_terms(space, number)
-    return _scaled(metric, "B/s", terms, load_scale(space, number, terms) if counted else 1)
-
-
-def _busy(space: Space, metric: Metric, counted: bool) -> Measure:
-    number = metric.index or 0
-    terms = busy_terms(space, number)
-    return _scaled(metric, "ppm", terms, busy_scale(space, number, terms) if counted else 1)
+def _of_bus(space: Space, metric: Metric, counted: bool) -> Measure:
+    """The load of a bus in B/s, or the share of time in which it is busy in ppm."""
+    is_load, number = metric.kind == "load", metric.index or 0
+    terms = (load_terms if is_load else busy_terms)(space, number)
+    scale = (load_scale if is_load else busy_scale)(space, number, terms) if counted else 1
+    return _scaled(metric, "B/s" if is_load else "ppm", terms, scale)
 
 
 def _response_time(space: Space, metric: Metric, counted: bool) -> Measure:
@@ -305,8 +301,8 @@ FORMULAS: Mapping[str, Callable[[Space, Metric, bool], Measure]] = {
     **dict.fromkeys((*FLOW_METRICS, *CHAIN_METRICS), _of_flow),
     **dict.fromkeys(INPUT_METRICS, _of_input),
     **dict.fromkeys(("utilisation", "core utilisation"), _utilisation),
-    "load": _load,
-    "busy": _busy,
+    "load": _of_bus,
+    "busy": _of_bus,
     "response time": _response_time,
     "message response": _message_response,
     **dict.fromkeys((*SYSTEM_METRICS, "total"), _figures),

@@ -180,7 +180,7 @@ def _rate_hz(space: Space, key: RateKey, view: View) -> Generator[RateKey, Fract
 
 
 class Dispatch(NamedTuple):
-    """The rate of a component in Hz: its `own`, and where inputs release jobs theirs, at `most` so much of it.
+    """The rate of a component in Hz: its `own`, and where inputs release jobs theirs, at most `most` of it.
 
     Theirs is their sum, or where a job needs a message of each trigger that of the slowest.
     """

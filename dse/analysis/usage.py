@@ -82,7 +82,7 @@ def _put_with(space: Space, number: int) -> str:
 
 
 def _core(space: Space, processor: int, number: int, view: View) -> int:
-    """The core of a thread that runs on a processor, stated or chosen (see `dse.space.question.metrics.core_metrics`).
+    """The core of a thread that runs on a processor, stated or chosen (see `dse.space.question.metrics`).
 
     Where a study gives a processor of one core another, threads of a design that chose none stay on the first.
     """

@@ -149,6 +149,14 @@ class Usage:
         return sum(self.shares.values(), Fraction(0))
 
     @property
+    def core_loads(self) -> Mapping[int, Fraction]:
+        """The load of each core in ppm, by number; of a processor with several cores on which threads run."""
+        loads: dict[int, Fraction] = {}
+        for who, core in self.cores.items():
+            loads[core] = loads.get(core, Fraction(0)) + self.shares[who]
+        return loads
+
+    @property
     def busy_total(self) -> Fraction | None:
         """The share of the time, in ppm, that a physical bus is busy; None where that is not computable.
 

@@ -1,4 +1,4 @@
-"""What the answers of all verbs have in common: a format, in which they are written as JSON."""
+"""The base of the answers of all verbs: a format, in which they are written as JSON."""
 
 from __future__ import annotations
 

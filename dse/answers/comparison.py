@@ -31,7 +31,7 @@ COUNTING = {"profile": (*LATENCIES, "busy"), "worst_case": LATENCIES, "processin
 
 
 @dataclass(frozen=True)
-class Line:
+class ComparedLine:
     """One thing in two designs: texts or exact numbers in `unit`; None where a design does not have it.
 
     `is_alike` is false for what has no difference: sums of money in two currencies, figures of different rules.
@@ -78,7 +78,7 @@ class TwoValues(Data):
     unit: Annotated[Unit, "Unit of the values."]
 
 
-def _pairs(lines: Iterable[Line]) -> dict[str, tuple[Any, Any]]:
+def _pairs(lines: Iterable[ComparedLine]) -> dict[str, tuple[Any, Any]]:
     return {line.name: (line.one, line.other) for line in lines}
 
 
@@ -97,9 +97,9 @@ class DesignComparison(Answer):
     )
 
     names: Annotated[tuple[str, str], "Names of both."]
-    decisions: tuple[Line, ...]
-    metrics: tuple[Line, ...]
-    verdicts: tuple[Line, ...]
+    decisions: tuple[ComparedLine, ...]
+    metrics: tuple[ComparedLine, ...]
+    verdicts: tuple[ComparedLine, ...]
     currencies: Annotated[tuple[str, str], "The currency of each."]
     unlike: Annotated[
         tuple[str, ...], "The settings by which figures of both are counted otherwise.", Json("not_comparable")
@@ -195,7 +195,7 @@ class ResultComparison(Answer):
 
     names: Annotated[tuple[str, str], "Names of both."]
     results: tuple[Result, Result]
-    facts: tuple[Line, ...]
+    facts: tuple[ComparedLine, ...]
     points: Annotated[tuple[tuple[PointComparison, ...], tuple[PointComparison, ...]], "The points of each front."]
     unlike: Annotated[
         tuple[str, ...],
@@ -291,7 +291,7 @@ def compare_results(names: tuple[str, str], one: Result, other: Result) -> Resul
     return ResultComparison(names, (one, other), facts, (points[0], points[1]), _said(ruled))
 
 
-def _decisions(one: Analysis, other: Analysis) -> tuple[Line, ...]:
+def _decisions(one: Analysis, other: Analysis) -> tuple[ComparedLine, ...]:
     """Decision by decision; cores that the same threads share are the same by any number."""
     lines = _lines(one.decisions, other.decisions)
     if one.space.decisions != other.space.decisions or one.breaches or other.breaches:
@@ -356,9 +356,9 @@ def _losses(point: Point, infos: Sequence[ObjectiveInfo]) -> list[Fraction]:
     return losses
 
 
-def _lines(one: Mapping[str, Any], other: Mapping[str, Any]) -> tuple[Line, ...]:
+def _lines(one: Mapping[str, Any], other: Mapping[str, Any]) -> tuple[ComparedLine, ...]:
     names = [*one, *(name for name in other if name not in one)]
-    return tuple(Line(name, one.get(name), other.get(name)) for name in names)
+    return tuple(ComparedLine(name, one.get(name), other.get(name)) for name in names)
 
 
 def _verdict(holds: bool) -> str:

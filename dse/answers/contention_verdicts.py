@@ -1,4 +1,4 @@
-"""What each design of a front keeps when response times count, where the front itself leaves them out."""
+"""Verdicts on each design of a front with response times, where the front itself leaves them out."""
 
 from __future__ import annotations
 
@@ -80,7 +80,7 @@ class Contended:
 
 
 NOT_JUDGED = {"status": "unknown", "broken": []}
-"""What the JSON of a result says of a design that was not looked at."""
+"""The JSON verdict on a design that was not examined."""
 
 
 def judge(referee: ContentionReferee, design: Design) -> Contended:

@@ -8,7 +8,7 @@ from typing import Any
 
 from dse.answers.forms.consistency import check_data
 from dse.answers.result import Result
-from dse.spec.loading.recognising import is_problem
+from dse.spec.loading.recognition import is_problem
 from dse.support.errors import UsageError
 from dse.support.files.plain_json import parse_json
 from dse.support.files.reading import UnreadableFileError, read_text

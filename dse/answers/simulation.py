@@ -1,4 +1,4 @@
-"""What a simulation showed, against what the analysis says."""
+"""Observations of a simulation beside the bounds of the analysis."""
 
 from __future__ import annotations
 

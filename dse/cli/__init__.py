@@ -5,9 +5,9 @@ Read `main.py` first, then `commands/check.py` as an example of a command.
 * `entry.py`, `main.py`, `interrupts.py`: the program; its commands, imported when called; Ctrl-C.
 * `commands/`: one file for each command.
 * `options.py`, `common.py`: options of a question and a ranking; options, files and the console of all commands.
-* `working.py`: the line that moves on a terminal, and acknowledges Ctrl-C.
+* `progress.py`: the line that moves on a terminal, and acknowledges Ctrl-C.
 * `grouping.py`, `completion.py`: options in groups; what a shell offers to complete.
-* `saying.py`: text that leaves the program, with control characters escaped.
+* `printing.py`: text that leaves the program, with control characters escaped.
 * `pages.py`, `study_files.py`: an answer on the terminal, as a page, in files; files of studies.
 * `postponed.py`: imports of libraries that most commands never need.
 

@@ -1,4 +1,4 @@
-"""What commands share: the options of a question, files in and out, the console."""
+"""Parts of all commands: the options of a question, files in and out, the console."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, TypeVar, cast
 
 import click
 
-from dse.cli.saying import in_a_line, tell, visible
+from dse.cli.printing import in_a_line, tell, visible
 from dse.importers.registry import MOST_LOOKED_AT, is_model
 from dse.support.errors import UsageError, nearest
 from dse.support.files import writing as files
@@ -285,7 +285,7 @@ def check_writable(*paths: PathLike | None, renews: PathLike | None = None, repl
 
 def _holds_a_problem(path: PathLike) -> bool:
     """Whether the file that is there is a problem file."""
-    from dse.spec.loading.recognising import is_problem
+    from dse.spec.loading.recognition import is_problem
 
     try:
         return is_problem(beginning(path, MOST_LOOKED_AT).decode("utf-8", "replace"))

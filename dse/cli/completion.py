@@ -1,4 +1,4 @@
-"""What a shell offers to complete: names of examples, methods of ranking, decisions and options of the problem file."""
+"""Completions for a shell: names of examples, methods of ranking, decisions and options of the problem file."""
 
 from __future__ import annotations
 

@@ -12,7 +12,7 @@ import click
 
 from dse.cli.common import discard_output
 from dse.cli.interrupts import Interrupts
-from dse.cli.saying import in_a_line, say, tell
+from dse.cli.printing import in_a_line, say, tell
 from dse.support.errors import (
     EXIT_BUG,
     EXIT_INCOMPLETE,

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import click
 
 from dse.cli.common import F, console, report_folder, save, screen_lines
-from dse.cli.saying import tell
+from dse.cli.printing import tell
 from dse.support.errors import UsageError
 from dse.support.files.writing import PAGES
 from dse.support.timelimit import OutOfTime, TimeLimit, until

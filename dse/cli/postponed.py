@@ -1,4 +1,4 @@
-"""What libraries import and this program seldom needs: imported when something asks for it.
+"""Modules that libraries import and this program seldom needs, imported when something asks for them.
 
 Pydantic looks for plugins through `importlib.metadata`, and OR-tools' CP-SAT offers variables as pandas' series; both
 cost a tenth of what a short command takes (340 of 1,060 modules of a short solve, `tests/cli/test_startup.py`), and

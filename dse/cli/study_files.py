@@ -1,4 +1,4 @@
-"""What commands share about studies: their files, and the report of one."""
+"""Files and reports of studies, for all commands that make or read one."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import click
 
 from dse.cli.common import check_writable, report_folder
 from dse.cli.pages import check_page_or_folder
-from dse.cli.saying import tell
+from dse.cli.printing import tell
 from dse.support.errors import UsageError, about
 from dse.support.files.plain_json import parse_json
 from dse.support.files.reading import UnreadableFileError, read_text

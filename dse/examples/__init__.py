@@ -4,7 +4,7 @@ Read `shipped.py` first.
 
 * `shipped.py`: the files of the folder `problems`, in a checkout or an installation.
 * `random/`: random problems of any size.
-* `deciding.py`: a file that decides over an AADL model, to start from.
+* `model_decisions.py`: a file that decides over an AADL model, to start from.
 
 Not allowed here: an import of `search`, `verification` or anything above.
 """

@@ -164,22 +164,23 @@ def _meaning(name: str) -> tuple[str, str, str]:
     text = name.strip()
     bracketed = _BRACKETED.fullmatch(text)
     if bracketed is not None:
-        plain = _plain(bracketed["name"])
-        return _role(plain), bracketed["unit"].strip(), plain
-    plain = _plain(text)
-    if plain == "bytes":
-        return "size", "B", plain
-    role = _role(plain)
+        words = plain_words(bracketed["name"])
+        return _role(words), bracketed["unit"].strip(), words
+    words = plain_words(text)
+    if words == "bytes":
+        return "size", "B", words
+    role = _role(words)
     if role:
-        return role, "", plain
-    head, _, last = plain.rpartition(" ")
+        return role, "", words
+    head, _, last = words.rpartition(" ")
     dimension = DATA if _role(head) == "size" else TIME
     if head and _known(last, dimension) is not None:
         return _role(head), last, head
-    return "", "", plain
+    return "", "", words
 
 
-def _plain(text: str) -> str:
+def plain_words(text: str) -> str:
+    """A title of a column as lower-case words with one blank between them."""
     return " ".join(re.split(r"[\s_-]+", text.strip().lower())).strip()
 
 

@@ -39,9 +39,9 @@ from dse.support.units.parse import round_to_int
 from dse.support.units.table import Rounding
 
 DIGITS = 4
-"""Figures are rounded outwards to so many digits: minima down, maxima up."""
+"""Digits to which figures are rounded outwards: minima down, maxima up."""
 OFF = Fraction(1, 4)
-"""A line that is off by so much of a time does not fit."""
+"""A line does not fit where it is off by this share of a time."""
 Sizes = tuple[int, int]
 """From and to, both included, in bytes."""
 

@@ -26,7 +26,7 @@ FEWEST_FOR_SPREAD = 6
 FEWEST_FOR_BEND = 6
 SIGNIFICANT = 0.01
 LARGE = 0.10
-"""A residual of so much of the time itself is worth a word."""
+"""The share of a time from which on its residual is remarked."""
 CEILING_SHARE = 0.01
 """Samples at the very maximum: more than that are no chance."""
 

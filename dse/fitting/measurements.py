@@ -24,7 +24,7 @@ from dse.support.units import DATA, TIME, UnitError, parse_quantity
 
 MOST_BYTES = 64_000_000
 MOST_MISTAKES = 20
-"""A file is given up after so many."""
+"""The number of mistakes after which a file is given up."""
 _PLAIN = re.compile(r"[0-9]+(\.[0-9]*)?([eE][+-]?[0-9]{1,2})?|\.[0-9]+([eE][+-]?[0-9]{1,2})?")
 
 

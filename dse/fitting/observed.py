@@ -15,6 +15,7 @@ from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from pathlib import Path
 
+from dse.fitting.columns import plain_words
 from dse.fitting.measurements import MOST_BYTES, MOST_MISTAKES, joined_rows, numbered_lines
 from dse.spec.loading.sources import OnDisk, read_source
 from dse.support.errors import Diagnostic, ProblemError
@@ -334,15 +335,11 @@ def _title(title: str) -> tuple[str, str]:
     """
     bracketed = _BRACKETED.fullmatch(title)
     if bracketed is not None:
-        return _plain(bracketed["name"]), _WORDS.get(bracketed["unit"].strip().lower(), bracketed["unit"].strip())
+        return plain_words(bracketed["name"]), _WORDS.get(bracketed["unit"].strip().lower(), bracketed["unit"].strip())
     head, mark, last = title.rpartition("_")
     if mark and _known(_WORDS.get(last.lower(), last)):
-        return _plain(head), _WORDS.get(last.lower(), last)
-    return _plain(title), ""
-
-
-def _plain(text: str) -> str:
-    return " ".join(re.split(r"[\s_-]+", text.strip().lower())).strip()
+        return plain_words(head), _WORDS.get(last.lower(), last)
+    return plain_words(title), ""
 
 
 def _known(unit: str) -> bool:

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from dse.support.errors import Diagnostic, ProblemError
-from dse.support.timelimit import Work
+from dse.support.timelimit import StepCounter
 
 PIECES = 1_000_000
 """Steps, values and entries of one import of launch files; a part of a file counts as several."""
@@ -34,7 +34,7 @@ class TooMuchError(Exception):
 class _Allowance:
     pieces: int
     left: int
-    work: Work
+    work: StepCounter
 
 
 _CURRENT: ContextVar[_Allowance | None] = ContextVar("allowance", default=None)
@@ -46,7 +46,7 @@ def allowed(pieces: int = PIECES) -> Iterator[None]:
 
     `pieces` is the number of parts and texts; expansion beyond it raises `TooMuchError`.
     """
-    token = _CURRENT.set(_Allowance(pieces, pieces, Work()))
+    token = _CURRENT.set(_Allowance(pieces, pieces, StepCounter()))
     try:
         yield
     finally:

@@ -17,7 +17,7 @@ from typing import Any
 from dse.importers.allowance import allowed, at, spend
 from dse.importers.amalthea_xml import Element, tree
 from dse.importers.registry import Imported, Key, Place
-from dse.importers.ros2.yaml_places import Names, ros_name
+from dse.importers.ros2.yaml_places import UniqueNames, ros_name
 from dse.support.errors import Diagnostic, ProblemError, UsageError
 from dse.support.units import (
     PARAMETER_TIMES_NS,
@@ -34,7 +34,7 @@ RATES_HZ = {"Hz": 1, "kHz": 10**3, "KHz": 10**3, "MHz": 10**6, "GHz": 10**9}
 BITS = {"bit": 1, "kbit": 10**3, "Mbit": 10**6, "Kibit": 2**10, "Mibit": 2**20}
 BITS |= {"B": 8, "kB": 8 * 10**3, "MB": 8 * 10**6, "KiB": 2**13, "MiB": 2**23}
 NEEDS = ("Ticks", "ExecutionNeed", "RunnableInstructions")
-"""What of a runnable takes time."""
+"""Elements of a runnable that take time."""
 SWITCHES = ("ModeSwitch", "ProbabilitySwitch", "RunnableModeSwitch", "RunnableProbabilitySwitch")
 DEEPEST = 300
 """How deep runnables may call each other, with the groups and branches around each call."""
@@ -68,7 +68,7 @@ class _Reader:
         self.remarks: list[Diagnostic] = []
         self.told: set[Diagnostic] = set()
         self.places: dict[Key, Place] = {}
-        self.names = Names()
+        self.names = UniqueNames()
         self.parts: dict[str, list[Element]] = {}
         for model in root.parts:
             for item in model.parts:
@@ -140,7 +140,7 @@ class _Reader:
         """The type of each processor."""
         self.slow: set[str] = set()
         """Types without a frequency, of which that is told."""
-        kinds, taken = Names(), {}
+        kinds, taken = UniqueNames(), {}
         for unit in self.units or [Element("", "", {"name": "computer"}, 1)]:
             domain = next((domains[name] for name in unit.refers("frequencyDomain") if name in domains), None)
             value = next(iter(domain.of("defaultValue")), None) if domain is not None else None
@@ -342,7 +342,7 @@ class _Reader:
             for item in runnables:
                 of_runnable.setdefault(item.name, []).append(task)
         flows: dict[str, Any] = {}
-        names, requirements = Names(), []
+        names, requirements = UniqueNames(), []
         known: dict[str, str] = {}
         for chain in self.parts.get("eventChains", ()):
             path = self._path(chain, events, of_runnable)

@@ -43,7 +43,7 @@ _TOO_LONG = re.compile(r"(?<![^\s=(\]-])[^\s=(\]-]{1001}")
 OF_KCD = ("length", "offset")
 """Attributes of signals that state bits; the length of a message states bytes."""
 OF_ARXML = ("LENGTH", "POSITION", "OFFSET")
-"""What elements of ARXML that state bits or bytes are called, at their end."""
+"""Endings of the names of ARXML elements that state bits or bytes."""
 
 
 def check_sizes(path: Path, text: str, form: str) -> None:

@@ -27,7 +27,7 @@ MOST_WORK = 0.05
 """The work (`dse.search.solver.settings`) at other cores for all designs of a front together."""
 MOST_PAIRS = 10_000
 """With more pairs of threads that may share a processor, in both orders, other cores are not looked for: the model has
-something to say of each pair, and is made in a second for so many."""
+something to say of each pair, and is made in a second for this number."""
 GRACE_S = 0.3
 """A search that took all of its time leaves this much for a first look: most fronts need less."""
 

@@ -8,7 +8,7 @@ from typing import Any
 
 from dse.answers.reading import decisions_in, read_result
 from dse.questions.problem import Problem, changed, origin_of, read_choices, with_stated_cores
-from dse.questions.question import Changes
+from dse.questions.question import QuestionChanges
 from dse.questions.result_problem import belonging
 from dse.space.question.settings import SETTINGS, settings_of
 from dse.spec.language.grammar import ExpressionError, parse_assignment
@@ -64,7 +64,7 @@ def named_design(problem: Problem, texts: Sequence[str]) -> NamedDesign:
     chosen = [f"{quoted(name)} = {option}" for name, option in decisions.items()]
     with about(path):
         differs = belonging(data, path, problem).differs
-        own_question = with_stated_cores(changed(problem, Changes(result=effective)), [*chosen, *own])
+        own_question = with_stated_cores(changed(problem, QuestionChanges(result=effective)), [*chosen, *own])
         read_choices(own_question.space, chosen)
     remarks = [f"{problem.loaded.path} has changed since {path} was written: {'; '.join(differs)}"] if differs else []
     called = f"design #{number} of {path}" + (f" with {', '.join(own)}" if own else "")

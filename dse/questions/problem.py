@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias, Unpack
 
 from dse.answers.question_data import Origin
 from dse.questions.builder import Builder
-from dse.questions.question import Changes, Question, changes_of
+from dse.questions.question import Question, QuestionChanges, changes_of
 from dse.questions.result_question import (
     asked_as,
     question_of,
@@ -56,7 +56,7 @@ class Problem:
 
     loaded: LoadedSpec
     space: Space
-    changes: Changes = field(default_factory=Changes)
+    changes: QuestionChanges = field(default_factory=QuestionChanges)
     """What a caller has asked beyond the file."""
     stated: Space | None = None
     """The space as the file states it, where `changes` have made another of it."""
@@ -259,7 +259,7 @@ def _problem(read: Callable[[], LoadedSpec]) -> Problem:
     return Problem(loaded, build_space(loaded))
 
 
-def changed(problem: Problem, changes: Changes) -> Problem:
+def changed(problem: Problem, changes: QuestionChanges) -> Problem:
     """The problem with further changes; a requirement that is there in the same words is not listed again.
 
     Raises
@@ -394,7 +394,7 @@ def with_stated_cores(problem: Problem, texts: Sequence[str]) -> Problem:
     names = {item.decision.name for item in (*problem.space.open_cores, *problem.space.open_priorities)}
     if not any(text.partition("=")[0].strip().strip("'\"") in names for text in texts):
         return problem
-    return changed(problem, Changes(cores=True))
+    return changed(problem, QuestionChanges(cores=True))
 
 
 # The question of a result, and which problem a result answers.

@@ -94,7 +94,7 @@ class Question(TypedDict, total=False):
 
 
 @dataclass(frozen=True)
-class Changes:
+class QuestionChanges:
     """A caller's changes, read.
 
     `limits` are (metric, text) pairs such as ("jitter", "20 ms") or ("jitter", "my_flow=20 ms"); `require` holds
@@ -137,11 +137,11 @@ class Changes:
         """
         return any((self.limits, self.require, self.objectives, self.fix, *self.settings.values()))
 
-    def then(self, more: Changes) -> Changes:
+    def then(self, more: QuestionChanges) -> QuestionChanges:
         """Combine with further changes: limits, requirements and fixed decisions add up, the other settings replace.
 
-        A new `Changes`; neither of the two is modified. Of settings and objectives the later statement holds, so that a
-        result's question can be asked again with one more limit.
+        A new `QuestionChanges`; neither of the two is modified. Of settings and objectives the later statement holds,
+        so that a result's question can be asked again with one more limit.
         """
         settings: dict[str, Any] = {name: value for name, value in more.settings.items() if value is not None}
         return replace(
@@ -156,7 +156,7 @@ class Changes:
         )
 
 
-def changes_of(question: Mapping[str, Any]) -> Changes:
+def changes_of(question: Mapping[str, Any]) -> QuestionChanges:
     """The changes that the keywords of a `Question` ask for.
 
     Raises
@@ -182,7 +182,9 @@ def changes_of(question: Mapping[str, Any]) -> Changes:
         *(f"maximise {text}" for text in _texts(question, "maximise")),
     )
     settings: dict[str, Any] = {name: respelt(question.get(name), words) for name, words in SETTINGS.items()}
-    return Changes(limits, _texts(question, "require"), objectives, _texts(question, "fix", "{} = {}"), **settings)
+    return QuestionChanges(
+        limits, _texts(question, "require"), objectives, _texts(question, "fix", "{} = {}"), **settings
+    )
 
 
 def _texts(question: Mapping[str, Any], name: str, named: str = "") -> tuple[str, ...]:

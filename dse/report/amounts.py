@@ -142,7 +142,7 @@ def listed(items: Sequence[str]) -> str:
 
 Data: TypeAlias = Mapping[str, Any]
 MOST_ROWS = 400
-"""A table in a page has at most so many rows; CSV and JSON have all."""
+"""The greatest number of rows of a table in a page; CSV and JSON have all."""
 
 
 def decisions_text(chosen: Mapping[str, str], names: Sequence[str]) -> str:

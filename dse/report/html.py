@@ -21,9 +21,9 @@ from markupsafe import Markup, escape
 
 from dse.answers.drawing.picture import STYLE, Drafter
 from dse.answers.tables.display import display_unit
-from dse.report.content.front.decide import decide_data, further_metrics, insist_choices
 from dse.report.content.front.decision import banner, beyond_card, cards, designs_data, steps
-from dse.report.content.front.document import Alternative, Document
+from dse.report.content.front.document import AlternativePage, Document
+from dse.report.content.front.filters import decide_data, further_metrics, insist_choices
 from dse.report.content.front.first_screen import Screen
 from dse.report.page import Page, Section
 from dse.report.plots.canvas import STYLE as PLOT_STYLE
@@ -120,7 +120,7 @@ def _packed_json(data: Any) -> str:
     return _packed(json.dumps(data, ensure_ascii=False, separators=(",", ":")))
 
 
-class Pool:
+class Distinct:
     """Distinct items, numbered in the order of their first use.
 
     Used to write repeated texts and data of a page once; the page refers to them by number.
@@ -185,7 +185,9 @@ def _hash(script: str) -> str:
     return f"'sha256-{base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()}'"
 
 
-def _fragment(environment: Environment, document: Document, drafter: Drafter, alternative: Alternative) -> list[str]:
+def _fragment(
+    environment: Environment, document: Document, drafter: Drafter, alternative: AlternativePage
+) -> list[str]:
     """The lines of an alternative's section."""
     look_at_the_clock()
     template = environment.get_template("alternative.html.j2")
@@ -211,7 +213,7 @@ def _feasible(document: Document) -> list[list[float | None]]:
 
 def _data(document: Document, fragments: Mapping[int, Sequence[str]], chosen: int | None) -> dict[str, Any]:
     result, today = document.result, document.reasoner.baseline
-    lines = Pool()
+    lines = Distinct()
     parts = {str(number): lines.take(fragment) for number, fragment in fragments.items()}
     return {
         "chosen": chosen,

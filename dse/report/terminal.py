@@ -11,7 +11,7 @@ from typing import TypeVar
 from rich.console import Console
 
 from dse.report.page import MINUS, MORE, NOTHING, Block, Item, Listing, Page, Plot, Table, Text, Timeline
-from dse.report.text_table import BAR, GAP, Grid, is_ascii, print_hanging, print_line, shown_text
+from dse.report.text_table import BAR, GAP, TextTable, is_ascii, print_hanging, print_line, shown_text
 
 T = TypeVar("T")
 STYLES = {"plain": "", "strong": "bold", "wrong": "bold red", "good": "green", "doubtful": "yellow", "quiet": "dim"}
@@ -136,7 +136,7 @@ def _print_table(console: Console, table: Table, *, every: bool) -> None:
     """The rows that are shown, as columns where these fit, else each as a paragraph; how many more rows there are."""
     shown = _first(table.rows, None if every else table.brief)
     more = len(table.rows) - len(shown)
-    grid = Grid(
+    grid = TextTable(
         tuple(shown_text(console, text) for text in table.headings),
         tuple(tuple(shown_text(console, cell).translate(_signs(console)) for cell in row) for row in shown),
         table.numbers,
@@ -161,7 +161,7 @@ def _signs(console: Console) -> dict[int, str]:
     return ASCII if is_ascii(console) else {}
 
 
-def _columns(console: Console, table: Table, grid: Grid) -> tuple[list[int], list[int] | None]:
+def _columns(console: Console, table: Table, grid: TextTable) -> tuple[list[int], list[int] | None]:
     """The columns that are shown and their widths; None where they do not fit.
 
     Columns that can be spared go first; of a table with decisions the cells stay in one line.
@@ -175,7 +175,7 @@ def _columns(console: Console, table: Table, grid: Grid) -> tuple[list[int], lis
     return columns, grid.only(columns).widths(console.width, wrapped=True) if table.wide is None else None
 
 
-def _print_grid(console: Console, table: Table, grid: Grid, widths: list[int]) -> None:
+def _print_grid(console: Console, table: Table, grid: TextTable, widths: list[int]) -> None:
     """Columns below each other, with bars beside them where there is room."""
     heads, rows = grid.lines(widths)
     for line in heads:
@@ -190,7 +190,7 @@ def _print_grid(console: Console, table: Table, grid: Grid, widths: list[int]) -
             print_line(console, line, "bold" if number in table.strong else "")
 
 
-def _print_told(console: Console, table: Table, grid: Grid, most: int | None) -> None:
+def _print_told(console: Console, table: Table, grid: TextTable, most: int | None) -> None:
     """Print the columns from `wide` on in one cell of each row, or below the table, or each row as a paragraph."""
     assert table.wide is not None
     texts = [_cut(_joined(table, grid, row), most) for row in grid.rows]
@@ -199,7 +199,7 @@ def _print_told(console: Console, table: Table, grid: Grid, most: int | None) ->
     if widths is not None:
         rows = tuple((*row[: table.wide], text) for row, text in zip(grid.rows, texts, strict=True))
         heading = DECISIONS if len(grid.headings) > table.wide + 1 else grid.headings[table.wide]
-        beside = Grid((*bare.headings, heading), rows, table.numbers)
+        beside = TextTable((*bare.headings, heading), rows, table.numbers)
         beside_widths = beside.widths(console.width, wrapped=True)
         assert beside_widths is not None
         _print_grid(console, table, beside, beside_widths)
@@ -226,7 +226,7 @@ def _cut(text: str, most: int | None) -> str:
     return f"{', '.join(items[:count])} and {len(items) - count} more ({MORE})" if count < len(items) else text
 
 
-def _joined(table: Table, grid: Grid, row: tuple[str, ...]) -> str:
+def _joined(table: Table, grid: TextTable, row: tuple[str, ...]) -> str:
     """The decisions of a row in a few words: ``computer large, can0 can_500k``.
 
     Of many it is what differs from the first row, where that is shorter.

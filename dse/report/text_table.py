@@ -21,7 +21,7 @@ LEAST = 16
 
 
 @dataclass(frozen=True)
-class Grid:
+class TextTable:
     """Cells of a table as text of one line each; `numbers` are the columns that align right.
 
     Cells may be wrapped at blanks when the table is wider than the terminal, those of the columns `paths` also after
@@ -97,7 +97,7 @@ class Grid:
             lines.append(line.rstrip())
         return lines
 
-    def only(self, columns: Sequence[int]) -> Grid:
+    def only(self, columns: Sequence[int]) -> TextTable:
         """The grid with the given columns only.
 
         `columns` are indices; headings, rows and the columns that align right are kept in that order.
@@ -105,7 +105,7 @@ class Grid:
         rows = tuple(tuple(row[at] for at in columns) for row in self.rows)
         numbers = tuple(number for number, at in enumerate(columns) if at in self.numbers)
         paths = tuple(number for number, at in enumerate(columns) if at in self.paths)
-        return Grid(tuple(self.headings[at] for at in columns), rows, numbers, paths)
+        return TextTable(tuple(self.headings[at] for at in columns), rows, numbers, paths)
 
 
 def _parts(heading: str) -> list[tuple[str, str]]:

@@ -346,7 +346,7 @@ class _DesignReader:
         return FaultFigures(interval, self.at(slot.fault_burst) or 1, (17 * bit, 31 * bit))
 
     def frames(self, number: int, size: int, whole: Range) -> tuple[Range, ...]:
-        """The times of the frames of a message of so many bytes, of which each competes for the bus."""
+        """The times (ns) of the frames of a message of a size in bytes; each frame competes for the bus."""
         frame, bandwidth = self.at(self.space.buses[number].fixed_ns), self.at(self.space.buses[number].bandwidth_bps)
         if isinstance(frame, Frame) and frame.protocol == "ethernet":
             return ethernet_frames_ns(frame, size, bandwidth)

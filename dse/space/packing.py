@@ -53,7 +53,7 @@ def _most_bytes(ledger: Ledger, spec: Spec, bus: str) -> int | None:
 
 
 def _protocol(model: BusType) -> str:
-    """What the frames of a bus type are of; empty without any."""
+    """The protocol of the frames of a bus type; empty without frames."""
     return str(getattr(model.frame, "protocol", ""))
 
 

@@ -13,7 +13,7 @@ from dse.space.model.space import EMPTY, UNKNOWN_TYPE, Decision, Processor, Refe
 from dse.space.model.trees import NOT_OFFERED, Choice, PerCore, PerProcessorType, Tree, graft
 from dse.spec.loading.load import LoadedSpec
 from dse.support.errors import Diagnostic, Suggestion, did_you_mean, in_order
-from dse.support.timelimit import Work
+from dse.support.timelimit import StepCounter
 from dse.support.units import shown
 
 Path: TypeAlias = tuple[str | int, ...]
@@ -57,7 +57,7 @@ class Ledger:
     references: dict[str, Reference] = field(default_factory=dict)
     diagnostics: dict[Diagnostic, None] = field(default_factory=dict)  # each once; there may be very many
     failures: int = 0
-    work: Work = field(default_factory=Work)
+    work: StepCounter = field(default_factory=StepCounter)
     _doubtful: set[str] = field(default_factory=set)
     _doubtful_words: set[str] = field(default_factory=set)
     _doubtful_metrics: set[str] = field(default_factory=set)
@@ -185,6 +185,16 @@ class Ledger:
         """
         if decision is not None:
             self.decisions[decision] = replace(self.decisions[decision], home=home)
+
+    def with_use(self, name: str, tree: Tree) -> Tree:
+        """The tree of a figure, which becomes where its decision is met, and what rules mean by its name.
+
+        `name` is that of the decision; a decision without effect in a design is inactive there.
+        """
+        self.settle(self.decision_numbers.get(name), tree)
+        if name in self.references:
+            self.references[name] = replace(self.references[name], tree=tree)
+        return tree
 
     def narrow(self, name: str, only: Callable[[Tree], Tree]) -> None:
         """State that a figure is there in some designs only, in which a decision on it is active, and rules see it."""

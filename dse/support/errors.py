@@ -1,4 +1,4 @@
-"""What can go wrong, in the user's words: diagnostics, and the exceptions that carry them.
+"""Mistakes in the user's words: diagnostics, and the exceptions that carry them.
 
 Every exception knows the exit code that the command line answers with.
 """
@@ -25,7 +25,7 @@ EXIT_MEANINGS = {
     EXIT_INCOMPLETE: "stopped early",
     EXIT_BUG: "a bug of dse",
 }
-"""What each exit code means, whichever command answers with it; README.md says what that is for each."""
+"""The meaning of each exit code, whichever command answers with it; docs/commands.md has those of each."""
 
 LONGEST_COMPARED = 200
 """Letters of a name that are compared with known ones."""

@@ -1,4 +1,4 @@
-"""What a default installation leaves out, and how it is told to whoever asks for it."""
+"""Optional packages that a default installation leaves out, and the message to whoever needs one."""
 
 from __future__ import annotations
 

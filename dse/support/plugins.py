@@ -1,4 +1,4 @@
-"""What other packages add, by entry points: looked for where something is asked that dse itself does not have."""
+"""Entry points of other packages: looked for where something is asked that dse itself does not have."""
 
 from __future__ import annotations
 

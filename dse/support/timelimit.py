@@ -196,14 +196,14 @@ def in_time(items: Iterable[T], every: int = 100) -> Iterator[T]:
 
 
 @dataclass
-class Work:
+class StepCounter:
     """A count of pieces read, which checks the clock once in `EVERY` pieces.
 
     So what is small is always read, however little time there is.
 
     Examples
     --------
-    >>> work = Work()
+    >>> work = StepCounter()
     >>> with until(TimeLimit.after(0.0)):
     ...     work.go_on(999)
     """

@@ -1,4 +1,4 @@
-"""What is left of a diagram of integers where decisions have some of their options only.
+"""Diagrams of integers restricted to some of the options of decisions.
 
 Regions of one front ask this of the same diagrams again and again, mostly with the same options left: what was found
 stays with the diagram.

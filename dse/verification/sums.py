@@ -1,4 +1,4 @@
-"""What the second proof adds up: sums of diagrams, extremes of such sums, and waiting that no diagram holds."""
+"""Sums of the second proof: of diagrams, extremes of such sums, and waiting that no diagram holds."""
 
 from __future__ import annotations
 

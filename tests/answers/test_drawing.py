@@ -11,7 +11,7 @@ import pytest
 
 import dse
 from dse.answers.drawing.layout import Graph, layered, ranks
-from dse.answers.drawing.parts import Parts
+from dse.answers.drawing.parts import DrawnParts
 from dse.answers.drawing.picture import Drafter
 from dse.cli.main import run
 from dse.examples.random import random_problem
@@ -87,7 +87,7 @@ def test_the_robot_is_drawn_from_source_to_sink() -> None:
     assert "flow" in looks(drawing, "estimate") and "option" not in looks(drawing, "estimate")
     assert "local" in looks(drawing, "filtered_pose")  # shared data
     assert "flow" not in looks(drawing, "odometry")
-    ends = Parts(dse.load(example_path("inmark")).space).flow_ends
+    ends = DrawnParts(dse.load(example_path("inmark")).space).flow_ends
     names = [item.name for item in dse.load(example_path("inmark")).space.components]
     assert {names[number]: what for number, what in ends.items()} == {"gnss": "source", "io_interface": "sink"}
 

@@ -10,7 +10,7 @@ import pytest
 
 import dse
 from dse.answers.result import FurtherDesign, Point
-from dse.report.content.front.decide import decide_data
+from dse.report.content.front.filters import decide_data
 
 SHIPPED = ["inmark", "starter"]
 

@@ -26,7 +26,7 @@ def _load(case: Case) -> tuple[Any, float, float]:
     """The problem, the seconds to import what reads it, and those to build it."""
     started = time.perf_counter()
     from dse.questions.problem import changed, load, loads
-    from dse.questions.question import Changes
+    from dse.questions.question import QuestionChanges
 
     imported = time.perf_counter()
     text = "" if case.file else case.text()
@@ -34,7 +34,7 @@ def _load(case: Case) -> tuple[Any, float, float]:
     problem = loads(text) if text else load(ROOT / case.file)
     if case.file:  # the peers know no waiting
         limits = [("jitter", case.max_jitter)] if case.max_jitter else []
-        problem = changed(problem, Changes(limits=limits, processing="execution_time"))
+        problem = changed(problem, QuestionChanges(limits=limits, processing="execution_time"))
     return problem, imported - started, time.perf_counter() - drawn
 
 

@@ -15,7 +15,7 @@ import pytest
 import dse
 from dse.cli import common
 from dse.cli.main import run
-from dse.cli.saying import in_a_line, visible
+from dse.cli.printing import in_a_line, visible
 from dse.examples.shipped import example_path
 from dse.report.page import Item, Listing, Page, Section, Table, Text
 from dse.report.terminal import print_page
@@ -117,7 +117,7 @@ def test_an_answer_has_the_lines_that_are_stated(
 def test_nothing_else_prints() -> None:
     folder = Path(common.__file__).parent
     for path in folder.glob("*.py"):
-        if path.name != "saying.py":
+        if path.name != "printing.py":
             found = re.findall(
                 r"click\.echo\(|click\.secho\(|\bprint\(|stdout\.write\(", path.read_text(encoding="utf-8")
             )

@@ -22,7 +22,7 @@ from dse.cli.main import COMMANDS, cli, run
 from dse.cli.pages import print_front
 from dse.report.content.front.document import Document
 from dse.support import timelimit
-from dse.support.timelimit import OutOfTime, TimeLimit, Work, in_force, look_at_the_clock, until
+from dse.support.timelimit import OutOfTime, StepCounter, TimeLimit, in_force, look_at_the_clock, until
 
 PRIMES = (10007, 10009, 10037, 10039, 10061, 10067)
 THREADS = "".join(
@@ -164,7 +164,7 @@ def test_reading_a_large_problem_counts(
     command: str, folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """Every piece looks at the clock here, as every thousandth does: what is small is read whole in any time."""
-    monkeypatch.setattr(Work, "EVERY", 1)
+    monkeypatch.setattr(StepCounter, "EVERY", 1)
     verb, *options = command.split()
     with jumping(1000.0, monkeypatch) as looks:
         assert run([verb, "p.yaml", *options, *READERS[command], "--time-limit", "10000s"]) == 5
@@ -173,7 +173,7 @@ def test_reading_a_large_problem_counts(
 
 
 def test_reading_counts_in_python_too(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(Work, "EVERY", 1)
+    monkeypatch.setattr(StepCounter, "EVERY", 1)
     for verb in (dse.solve, dse.solve_robust):
         with jumping(1000.0, monkeypatch), pytest.raises(OutOfTime, match="while the problem was read"):
             verb("p.yaml", time_limit_s=10000.0)

@@ -8,7 +8,7 @@ from itertools import product
 
 import pytest
 
-from dse.analysis.placement.bin_packing import Room, Work
+from dse.analysis.placement.bin_packing import PackedItem, Room
 from dse.analysis.placement.partition import partition, tightest
 from dse.analysis.placement.subset_sum import filled
 from tests.helpers.effort import LONG, cases
@@ -46,7 +46,7 @@ def test_what_is_found_is_a_partition_and_mostly_found_where_there_is_one(seed: 
             assert all(core in item for core, item in zip(cores, allowed, strict=True))
             assert max(loads_of(shares, taken, cores)) <= most
             assert is_there
-        threads = [Work(Fraction(share, most), item) for share, item in zip(shares, allowed, strict=True)]
+        threads = [PackedItem(Fraction(share, most), item) for share, item in zip(shares, allowed, strict=True)]
         said = partition(threads, [Fraction(load, most) for load in taken], Room(Fraction(1)))
         assert said.status == ("found" if is_there else "none")
     assert found >= there * 0.95
@@ -62,7 +62,7 @@ def test_full_cores_are_found_where_first_fit_and_a_short_search_give_up(seed: i
         ends = sorted(source.sample(range(1, most - 40), 6))
         pieces += [end - start for start, end in zip([0, *ends], [*ends, most - 40], strict=True)]
     source.shuffle(pieces)
-    work = [Work(Fraction(piece, most), range(5)) for piece in pieces]
+    work = [PackedItem(Fraction(piece, most), range(5)) for piece in pieces]
     room = Room(Fraction(1), is_strict=is_strict)
     found = partition(work, [Fraction(0)] * 5, room)
     assert found.status == "found"
@@ -106,7 +106,7 @@ def test_nearly_full_cores_are_decided_as_all_partitions_say(seed: int) -> None:
         allowed = [every if source.random() < 0.9 else (source.randrange(count),) for _ in shares]
         taken = [source.choice((0, 0, 0, 1)) for _ in every]
         there = loads_that_can_be(shares, allowed, taken)
-        threads = [Work(Fraction(share, most), item) for share, item in zip(shares, allowed, strict=True)]
+        threads = [PackedItem(Fraction(share, most), item) for share, item in zip(shares, allowed, strict=True)]
         before = [Fraction(load, most) for load in taken]
         for is_strict in (False, True):
             is_there = any(max(loads) + is_strict <= most for loads in there)

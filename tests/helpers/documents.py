@@ -26,6 +26,10 @@ SESSION = re.compile(r"^```console\n(?P<text>.*?)^```", re.M | re.S)
 FIGURES = re.compile(r"<!-- figures: (?P<name>\S+) -->\n(?P<table>(?:^\|.*\n)+)", re.M)
 
 
+PROGRESS = re.compile(r"^\d[\d ]* (points?, .* open, [\d.]+ s|of \d+ runs.*)\n", re.M)
+"""Lines of progress, which a slow machine prints to the standard error."""
+
+
 def files(document: Document) -> Iterable[Region]:
     """A file that is shown is there for what follows."""
     for found in FILE.finditer(document.text):
@@ -37,7 +41,7 @@ def write_file(example: Example) -> None:
 
 
 def sessions(document: Document) -> Iterable[Region]:
-    """A command prints what is shown, and nothing to the standard error."""
+    """A command prints what is shown, and nothing but progress to the standard error."""
     for found in SESSION.finditer(document.text):
         yield Region(found.start(), found.end(), found["text"], run_session)
 
@@ -50,7 +54,7 @@ def run_session(example: Example) -> str | None:
     with redirect_stdout(out), redirect_stderr(error):
         command(words[1:])
     printed = "\n".join(line.rstrip() for line in out.getvalue().splitlines()) + "\n"
-    if re.fullmatch(pattern(expected), printed) and not error.getvalue():
+    if re.fullmatch(pattern(expected), printed) and not PROGRESS.sub("", error.getvalue()):
         return None
     return f"{prompt}\nexpected:\n{expected}\nprinted:\n{printed}\n{error.getvalue()}"
 

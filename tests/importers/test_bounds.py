@@ -13,7 +13,7 @@ import dse
 from dse.cli.main import run
 from dse.importers.allowance import allowed
 from dse.importers.ros2.launch.parameters import is_like, is_named
-from dse.importers.ros2.yaml_places import Names
+from dse.importers.ros2.yaml_places import UniqueNames
 
 NODE = "Node(package='p', executable='e', name='n')"
 FUNCTION = "def f(context, *more):\n    return []\n"
@@ -148,7 +148,7 @@ def test_nodes_are_counted_and_a_name_that_many_have_costs_no_search(
     node = '<node pkg="p" exec="e" name="n"/>\n'
     assert run(["import", put(tmp_path, f"<launch>\n{node * 20_000}</launch>", "x.launch.xml")]) == 3
     assert "x.launch.xml:10002: more than 10,000 nodes are started" in capsys.readouterr().err
-    names = Names()
+    names = UniqueNames()
     assert [names.new("n") for _ in range(20_000)][::9999] == ["n", "n_10000", "n_19999"]
     assert [names.new(name) for name in ("m_2", "m", "m", "m")] == ["m_2", "m", "m_3", "m_4"]
 

@@ -242,8 +242,8 @@ def test_a_chosen_offset_is_stated(tmp_path: Path) -> None:
 
 
 def test_what_cannot_be_read_back_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("dse.answers.exports.aadl.whole.SETTINGS", ("name",))
-    monkeypatch.setattr("dse.answers.exports.aadl.whole.settings_of", lambda _: {"rules": ["t.period = nothing"]})
+    monkeypatch.setattr("dse.answers.exports.aadl.model.SETTINGS", ("name",))
+    monkeypatch.setattr("dse.answers.exports.aadl.model.settings_of", lambda _: {"rules": ["t.period = nothing"]})
     with pytest.raises(UsageError, match="AADL cannot say all of this design"):
         dse.export(dse.solve(dse.loads(HEAD + WORDLESS["executors"])), 1, "aadl")
 

@@ -28,7 +28,7 @@ from dse.analysis.views import View
 from dse.answers.result import Result
 from dse.answers.robust import RobustResult
 from dse.questions.problem import Problem, changed, load, loads
-from dse.questions.question import Changes
+from dse.questions.question import QuestionChanges
 from dse.questions.robust.robust import RobustWatcher, robust_asked
 from dse.questions.robust.worst_case import Box
 from dse.questions.sensitivity.inputs import InputSpace
@@ -65,7 +65,7 @@ class Asked:
     """A problem file, what is asked of it beyond the file, and whether robustly."""
 
     path: Path
-    changes: Changes
+    changes: QuestionChanges
     robust: bool
 
     @property
@@ -188,10 +188,10 @@ def uncertainty(problem: Problem, rng: random.Random) -> str:
     return "\n".join(["uncertainty:", *lines]) + "\n" if lines else ""
 
 
-def settings(rng: random.Random) -> Changes:
+def settings(rng: random.Random) -> QuestionChanges:
     """Each setting as the file has it, or one of its values."""
     names = {name: rng.choice([None, *values]) for name, values in SETTINGS.items() if rng.random() < 0.5}
-    return Changes(**names)  # type: ignore[arg-type]
+    return QuestionChanges(**names)  # type: ignore[arg-type]
 
 
 def objectives(problem: Problem, rng: random.Random) -> tuple[str, ...]:

@@ -8,7 +8,7 @@ from pathlib import Path
 import dse
 from dse.analysis.evaluate import Evaluator
 from dse.examples.shipped import example_path
-from dse.questions.beyond import SAVED, beyond
+from dse.questions.beyond_limit import SAVED, beyond
 from dse.report.content.front.document import Document
 from dse.report.content.front.pages import written_page
 from dse.report.html import html_report

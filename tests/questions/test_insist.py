@@ -11,7 +11,7 @@ import pytest
 
 import dse
 from dse.cli.main import run
-from dse.report.content.front.decide import costly, prices, summary_words
+from dse.report.content.front.filters import costly, prices, summary_words
 from dse.support.errors import EXIT_COMPLETE, EXIT_INCOMPLETE, EXIT_NO, EXIT_USAGE
 
 PUMP = Path(__file__).parents[1] / "fuzz" / "pump.yaml"

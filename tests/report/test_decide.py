@@ -15,8 +15,8 @@ import pytest
 
 import dse
 from dse.questions.verbs.feasible_designs import feasible_designs
-from dse.report.content.front.decide import decide_data
 from dse.report.content.front.document import Document
+from dse.report.content.front.filters import decide_data
 from dse.report.html import html_report
 from tests.helpers.effort import count
 from tests.report.browser import Browser, needs_browser

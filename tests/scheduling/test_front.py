@@ -11,7 +11,7 @@ import pytest
 from dse.analysis.evaluate import Evaluator
 from dse.encode.scheduling import contention, waiting_forms
 from dse.questions.problem import Problem, changed, loads
-from dse.questions.question import Changes
+from dse.questions.question import QuestionChanges
 from dse.search.front import SearchLimits, search_front
 from dse.search.solver import bounding, strategy
 from dse.search.solver.settings import BARE, CLOSING_RANGE, NARROWING, SolverSettings
@@ -263,27 +263,28 @@ def open_names(problem: Problem) -> list[str]:
 def test_cores_are_decisions_only_where_something_asked_depends_on_them() -> None:
     idle = loads(TWO.replace("deadlines: all", "deadlines: stated"))
     assert open_names(idle) == ["a.period"]
-    asked = changed(idle, Changes(require=["response time of a <= 7 ms"]))
+    asked = changed(idle, QuestionChanges(require=["response time of a <= 7 ms"]))
     assert open_names(asked) == ["a.period", "a.core", "b.core"]
-    fixed = changed(idle, Changes(fix=["b.core = 2"]))
+    fixed = changed(idle, QuestionChanges(fix=["b.core = 2"]))
     assert list(fixed.space.fixed.values()) == [1]
-    ruled = changed(idle, Changes(require=["a.core != b.core"]))
+    ruled = changed(idle, QuestionChanges(require=["a.core != b.core"]))
     assert len(open_names(ruled)) == 3
 
 
 def test_rules_and_fixed_decisions_bind_cores() -> None:
     problem = loads(TWO)
     for changes, expected in (
-        (Changes(fix=["a.core = 2"]), {"a.core": "2", "b.core": "1"}),
-        (Changes(require=["b.core == 1"]), {"a.core": "2", "b.core": "1"}),
-        (Changes(), {"a.core": "1", "b.core": "2"}),
+        (QuestionChanges(fix=["a.core = 2"]), {"a.core": "2", "b.core": "1"}),
+        (QuestionChanges(require=["b.core == 1"]), {"a.core": "2", "b.core": "1"}),
+        (QuestionChanges(), {"a.core": "1", "b.core": "2"}),
     ):
         space = changed(problem, changes).space
         [design] = search_front(Evaluator(space), SearchLimits()).points.values()
         chosen = {item.name: item.options[design[number]] for number, item in enumerate(space.decisions)}
         assert expected.items() <= chosen.items()
     assert not search_front(
-        Evaluator(changed(problem, Changes(require=["a.core == b.core", "a.period == 10 ms"])).space), SearchLimits()
+        Evaluator(changed(problem, QuestionChanges(require=["a.core == b.core", "a.period == 10 ms"])).space),
+        SearchLimits(),
     ).points
 
 

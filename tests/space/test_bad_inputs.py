@@ -23,7 +23,7 @@ from dse.space.properties import Ledger
 from dse.space.question.metrics import QuestionError
 from dse.space.question.reading import MOST_FAILURES
 from dse.spec.loading.load import load_spec, parse_spec
-from dse.spec.loading.salvage import MOST_PLACES
+from dse.spec.loading.partial_reading import MOST_PLACES
 from dse.support.errors import ProblemError
 from tests.helpers.diagnostics import (
     FOLDER,

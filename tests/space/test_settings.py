@@ -14,7 +14,7 @@ import dse
 from dse.cli.main import cli
 from dse.cli.options import Words
 from dse.questions.problem import changed, loads, restated
-from dse.questions.question import Changes, changes_of
+from dse.questions.question import QuestionChanges, changes_of
 from dse.space.model.space import Space
 from dse.space.question.settings import OSATE_SETTINGS, SETTINGS, settings_of
 from dse.spec.schema.json_schema import json_schema
@@ -39,7 +39,7 @@ DEADLINES = ["response time of a <= its deadline", "response time of b <= its de
 
 def test_each_setting_has_one_name_everywhere() -> None:
     assert set(SETTINGS) <= {item.name for item in fields(Space)}
-    assert set(SETTINGS) <= {item.name for item in fields(Changes)}
+    assert set(SETTINGS) <= {item.name for item in fields(QuestionChanges)}
     described = json_schema()
     for name, values in SETTINGS.items():
         stated = described["properties"][name]
@@ -109,7 +109,7 @@ def test_a_result_of_an_older_meaning_is_refused_by_name() -> None:
 
 def test_unknown_values_are_usage_errors() -> None:
     with pytest.raises(UsageError, match="processing: expected execution_time, response_time; got 'busy'"):
-        changed(loads(PROBLEM), Changes(processing="busy"))
+        changed(loads(PROBLEM), QuestionChanges(processing="busy"))
     with pytest.raises(ProblemError, match="expected one of stated, all, none"):
         loads(PROBLEM + "deadlines: some\n")
 
@@ -137,11 +137,11 @@ def test_which_deadlines_count(said: str, means: str, required: list[str]) -> No
 
 def test_deadlines_follow_the_profile_unless_they_are_said() -> None:
     unsaid, said = loads(PROBLEM), loads(PROBLEM + "deadlines: all\n")
-    assert changed(unsaid, Changes(profile="osate-2.2")).space.deadlines == "none"
-    assert changed(said, Changes(profile="osate-2.2")).space.deadlines == "all"
-    assert changed(unsaid, Changes(profile="osate-2.2", deadlines="stated")).space.deadlines == "stated"
-    assert texts(changed(unsaid, Changes(deadlines="all"))) == texts(said) == DEADLINES
-    assert texts(changed(said, Changes(deadlines="none"))) == []
+    assert changed(unsaid, QuestionChanges(profile="osate-2.2")).space.deadlines == "none"
+    assert changed(said, QuestionChanges(profile="osate-2.2")).space.deadlines == "all"
+    assert changed(unsaid, QuestionChanges(profile="osate-2.2", deadlines="stated")).space.deadlines == "stated"
+    assert texts(changed(unsaid, QuestionChanges(deadlines="all"))) == texts(said) == DEADLINES
+    assert texts(changed(said, QuestionChanges(deadlines="none"))) == []
 
 
 def test_stated_deadlines_are_those_of_the_threads_that_have_one() -> None:

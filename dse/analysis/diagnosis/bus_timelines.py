@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 from itertools import takewhile
 
-from dse.analysis.diagnosis.timelines import MOST_JOBS, SECTION, BusyPeriod, Piece, of_executor
+from dse.analysis.diagnosis.timelines import MOST_JOBS, SECTION, BusyPeriod, Piece, of_executor, urgency_of
 from dse.analysis.messages.waits import MessageResponse
 from dse.analysis.scheduling.busy_window import Task, densest_releases_ns, most_jobs
 from dse.analysis.scheduling.policies.buses import Arbitrated, InTurn
@@ -23,7 +23,7 @@ def worst_bus_period(messages: Sequence[MessageResponse]) -> BusyPeriod | None:
     Of messages without deadlines it is the one that responds last. None where it has no bound, where its bound is one
     that no run has to reach (senders that take turns, or queue messages as they come), or beyond `MOST_JOBS` frames.
     """
-    for item in sorted((item for item in messages if item.response_ns is not None), key=_urgency):
+    for item in sorted((item for item in messages if item.response_ns is not None), key=urgency_of):
         window = item.window
         if isinstance(window, InTurn) and not window.turns:
             return of_executor(item.name, item.deadline_ns, window.in_line)
@@ -36,13 +36,6 @@ def worst_bus_period(messages: Sequence[MessageResponse]) -> BusyPeriod | None:
                 return None
             return BusyPeriod(item.name, played_on_bus(window, worst_job), *worst_job, item.deadline_ns)
     return None
-
-
-def _urgency(item: MessageResponse) -> tuple[bool, Exact]:
-    assert item.response_ns is not None
-    if item.deadline_ns is None:
-        return True, -item.response_ns
-    return False, item.deadline_ns - item.response_ns
 
 
 def played_on_bus(window: Arbitrated, worst_job: tuple[Exact, Exact]) -> tuple[Piece, ...]:

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from typing import Annotated
 
 from dse.analysis.diagnosis.lateness import Late, Teller
-from dse.analysis.diagnosis.shortening import Candidate, Shorter
+from dse.analysis.diagnosis.shortening import Shortenable, Shorter
 from dse.analysis.diagnosis.unbounded import may_be_unbounded, unbounded_in
 from dse.analysis.limits import Verdict, build_limit, judge
 from dse.analysis.scheduling.chained import chain_of, least_cut
@@ -127,7 +127,7 @@ def _waiting(teller: Teller, part: FlowChain) -> FlowWait | None:
 
 
 def _shorter(teller: Teller, verdict: Verdict, keys: Sequence[TaskKey]) -> Iterator[Shorter]:
-    def is_enough(item: Candidate, by_ns: int) -> bool:
+    def is_enough(item: Shortenable, by_ns: int) -> bool:
         space, view = teller.trials.whole(item, by_ns)
         return judge(build_limit(space, verdict.requirement), view).holds
 

@@ -5,7 +5,7 @@ docs/semantics.md, section 3.8.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from math import ceil, floor
 
 from dse.analysis.latency.contributors import flow_rows
@@ -21,9 +21,10 @@ from dse.space.model.flows import Flow
 from dse.space.model.space import Component, Space
 from dse.space.model.trees import at, leaves
 from dse.support.units import format_duration, format_rate, shown
+from dse.support.units.text import first_of
 
 SHOWN = 3
-"""Threads, and inputs of a thread, are named up to so many."""
+"""The greatest number of threads, and of inputs of a thread, that are named."""
 
 
 def unsaid_joins(space: Space) -> Iterator[str]:
@@ -32,14 +33,14 @@ def unsaid_joins(space: Space) -> Iterator[str]:
     At most one sentence, which names every such thread with its inputs; only under the profile *dse*.
     """
     joins = [
-        f"{item.stated_as} ({_listed([space.connections[wire].name for wire in item.triggers])})"
+        f"{item.stated_as} ({first_of([space.connections[wire].name for wire in item.triggers], SHOWN)})"
         for item in space.components
         if item.section == "threads" and len(item.triggers) > 1 and item.join is None and may_be_event_triggered(item)
     ]
     if joins and space.profile == "dse":
         yield (
-            f"each message of any of several inputs is a job of {_listed(joins)}: state `join: all` where a job needs "
-            "one of each, else `join: any`"
+            f"each message of any of several inputs is a job of {first_of(joins, SHOWN)}: state `join: all` where "
+            "a job needs one of each, else `join: any`"
         )
 
 
@@ -54,7 +55,7 @@ def drifting_joins(space: Space) -> Iterator[str]:
         timers = sorted(_timers(space, component))
         clocks = {_clock(space.components[number]) or number for number in timers}
         if len(clocks) > 1:
-            names = _listed([space.components[number].stated_as for number in timers])
+            names = first_of([space.components[number].stated_as for number in timers], SHOWN)
             yield (
                 f"{component.stated_as} pairs messages in the order of arrival, and {names} run on clocks of their "
                 "own: where these drift apart the queue of the faster one grows; state a `queue_size`, or `pairing: "
@@ -179,8 +180,3 @@ def _clock(component: Component) -> str:
         return ""
     names = {reading.name or reading.member for reading in readings}
     return names.pop() if len(names) == 1 else ""
-
-
-def _listed(names: Sequence[str]) -> str:
-    more = f" and {len(names) - SHOWN} more" if len(names) > SHOWN else ""
-    return f"{', '.join(names[:SHOWN])}{more}"

@@ -42,13 +42,14 @@ from dse.support.units import (
     format_size,
     format_size_range,
 )
+from dse.support.units.text import first_of
 
 MANY_CASES = 10_000
 """Bounds of figures that depend on more combinations of options than this are not looked for."""
 SHOWN = 3
-"""Contributions that contradict themselves are named up to so many."""
+"""The greatest number of contributions with a minimum above the maximum that are named."""
 MOST_NAMED = 20
-"""Threads without an execution time are named up to so many."""
+"""The greatest number of threads without an execution time that are named."""
 TELLING = Fraction(101, 100)
 """By what factor a bus must be busier than its load says for a remark."""
 
@@ -243,19 +244,14 @@ def _of_other_rules(space: Space) -> Iterator[str]:
             "partition": [item.name for item in space.components if item.partition is not None],
             "period": [item.name for item in space.buses if any(leaves(item.period_ns))],
         }
-        said = [f"{field} of {_listed(names)}" for field, names in names_of.items() if names]
+        said = [f"{field} of {first_of(names, SHOWN)}" for field, names in names_of.items() if names]
         if said:
             yield f"profile dse does not look at what only the osate profiles count: {'; '.join(said)}"
         return
     asking = [item.name for item in space.buses if FROM_BANDWIDTH in leaves(item.fixed_ns)]
     if asking:
         unknown = f"profile {space.profile} does not know `transmission_time: from bandwidth`"
-        yield f"{unknown}: on {_listed(asking)} messages take the `latency` of the bus, or no time"
-
-
-def _listed(names: Sequence[str]) -> str:
-    more = f" and {len(names) - SHOWN} more" if len(names) > SHOWN else ""
-    return f"{', '.join(names[:SHOWN])}{more}"
+        yield f"{unknown}: on {first_of(asking, SHOWN)} messages take the `latency` of the bus, or no time"
 
 
 def _gains(space: Space, flow: Flow) -> Iterator[str]:
@@ -368,7 +364,7 @@ def _percent(ppm: Fraction) -> str:
 
 
 SHOWN_OF_KNOWN_SIZES = 4
-"""Messages are named up to so many."""
+"""The greatest number of messages that are named."""
 
 
 class Outside(NamedTuple):

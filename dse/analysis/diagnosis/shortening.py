@@ -48,7 +48,7 @@ class Shorter:
 
 
 @dataclass(frozen=True)
-class Candidate:
+class Shortenable:
     """A longest time that may be shorter by `most_ns`: of a component's jobs or section, or a processor's interrupt.
 
     `part` names the thread's part or the interrupt's index; `most_ns` is the whole time.
@@ -80,39 +80,39 @@ class Trials:
         """
         return solution_of(self.space, self.view).system
 
-    def candidates(self, keys: Sequence[TaskKey]) -> list[Candidate]:
+    def candidates(self, keys: Sequence[TaskKey]) -> list[Shortenable]:
         """The times whose reduction shortens the response times of these tasks: their own, interference and blocking.
 
         At most `MOST_CANDIDATES`; jobs and sections with no time are left out.
         """
-        by_part: dict[tuple[str, int, Part | int], Candidate] = {}
+        by_part: dict[tuple[str, int, Part | int], Shortenable] = {}
         for item in (*(self._job(key) for key in keys), *(one for key in keys for one in self._beside(key))):
             if item.most_ns > 0:
                 by_part.setdefault((item.kind, item.number, item.part), item)
         return list(by_part.values())[:MOST_CANDIDATES]
 
-    def _beside(self, key: TaskKey) -> Iterator[Candidate]:
+    def _beside(self, key: TaskKey) -> Iterator[Shortenable]:
         place = self.system.place(key)
         if place is None:
             return
         resource, entry = place[0], place[0].entries[place[1]]
         for index, item in enumerate(resource.interrupts):
-            yield Candidate("interrupt", resource.processor, index, item.name, item.worst_ns - 1)
+            yield Shortenable("interrupt", resource.processor, index, item.name, item.worst_ns - 1)
         yield from (self._job(resource.entries[position].key) for position in entry.before)
         longest: dict[int, int] = {}
         for (number, _), section_ns in entry.blockers:
             longest[number] = max(section_ns, longest.get(number, 0))
         for number, longest_ns in longest.items():
-            yield Candidate("section", number, "thread", self.space.components[number].stated_as, longest_ns)
+            yield Shortenable("section", number, "thread", self.space.components[number].stated_as, longest_ns)
 
-    def _job(self, key: TaskKey) -> Candidate:
+    def _job(self, key: TaskKey) -> Shortenable:
         stage = self.system.stages.get(key) if key[1] != "message" else None
-        return Candidate("job", *key, told_name(self.space, key), 0 if stage is None else int(stage.worst_ns) - 1)
+        return Shortenable("job", *key, told_name(self.space, key), 0 if stage is None else int(stage.worst_ns) - 1)
 
-    def shortened(self, item: Candidate, by_ns: int) -> System:
-        """The system with a candidate that takes so much less, whose threads stay where they are.
+    def shortened(self, item: Shortenable, by_ns: int) -> System:
+        """The system with a candidate that takes `by_ns` less; threads keep their cores.
 
-        A new `System`; `by_ns` is at most `Candidate.most_ns`.
+        A new `System`; `by_ns` is at most `Shortenable.most_ns`.
         """
         if item.kind == "interrupt":
             return with_shorter_interrupt(self.system, item.number, int(item.part), by_ns)
@@ -121,7 +121,7 @@ class Trials:
         key: TaskKey = (item.number, "callback" if item.part == "callback" else "thread")
         return with_shorter_job(self.system, key, by_ns)
 
-    def whole(self, item: Candidate, by_ns: int) -> tuple[Space, View]:
+    def whole(self, item: Shortenable, by_ns: int) -> tuple[Space, View]:
         """The space with a shorter time, and a design of it that knows all response times, for figures of flows.
 
         Response times are solved with the shorter time, so that flows can be evaluated with them.
@@ -160,7 +160,7 @@ class Trials:
             if entry.key in counted
         )
 
-        def shorter_ns(item: Candidate, by_ns: int) -> Exact | None:
+        def shorter_ns(item: Shortenable, by_ns: int) -> Exact | None:
             if is_simple:
                 return response_ns(self.shortened(item, by_ns), last, {})
             return self._known(places, item, by_ns)[last]
@@ -170,7 +170,7 @@ class Trials:
         )
 
     def least_cuts(
-        self, candidates: Sequence[Candidate], is_enough: Callable[[Candidate, int], bool]
+        self, candidates: Sequence[Shortenable], is_enough: Callable[[Shortenable, int], bool]
     ) -> Iterator[Shorter]:
         """The least cut of each candidate that is enough, if one is; of as many as `MOST_ROUNDS` leaves time for.
 
@@ -183,7 +183,7 @@ class Trials:
                 by_ns = least(lambda by_ns, item=item: is_enough(item, by_ns), item.most_ns)  # type: ignore[misc]
                 yield Shorter(item.name, by_ns, item.kind == "section")
 
-    def _known(self, places: frozenset[tuple[int, int]], item: Candidate, by_ns: int) -> Ends:
+    def _known(self, places: frozenset[tuple[int, int]], item: Shortenable, by_ns: int) -> Ends:
         """The response times of all that is on some cores, which decide each other; threads there ask for the same."""
         question = places, item, by_ns
         if question not in self._asked:

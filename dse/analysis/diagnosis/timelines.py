@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 from heapq import heapify, heappop, heappush
 from itertools import takewhile
 
+from dse.analysis.messages.waits import MessageResponse
 from dse.analysis.scheduling.busy_window import Task, densest_releases_ns, most_jobs, worst_job_ns
 from dse.analysis.scheduling.policies.executors import Queued, WorstJob
 from dse.analysis.scheduling.policies.preemptive import Preempted
@@ -61,7 +62,7 @@ def worst_busy_period(core: int, responses: Sequence[Response]) -> BusyPeriod | 
     accelerators' segments, which no run has to reach, and where there are more than `MOST_JOBS` jobs.
     """
     here = [item for item in responses if item.core == core and item.response_ns is not None and item.task.worst_ns]
-    for item in sorted((item for item in here if not item.is_piece), key=_urgency):
+    for item in sorted((item for item in here if not item.is_piece), key=urgency_of):
         window = item.window
         if isinstance(window, Queued):
             if window.kind not in ("wait_set", "polling"):
@@ -178,7 +179,8 @@ def _note(pieces: list[Piece], piece: Piece) -> None:
     pieces.append(piece)
 
 
-def _urgency(item: Response) -> tuple[bool, Exact]:
+def urgency_of(item: Response | MessageResponse) -> tuple[bool, Exact]:
+    """The order in which busy periods are shown: the least slack in ns first, then the longest without a deadline."""
     assert item.response_ns is not None
     if item.deadline_ns is None:
         return True, -item.response_ns

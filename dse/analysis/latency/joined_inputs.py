@@ -17,7 +17,7 @@ from typing import NamedTuple, TypeAlias
 from dse.analysis.latency.deliveries import delivery_ns
 from dse.analysis.latency.processing import callback_ns, skipped_ns
 from dse.analysis.latency.rows import JOIN_METHOD, UNBOUNDED_JOIN, Row
-from dse.analysis.latency.stored_inputs import message_gap_ns, pieces_until, processing_ns
+from dse.analysis.latency.stored_inputs import message_gap_ns, pieces_until, processing_ns, senders
 from dse.analysis.rates import NS_PER_S, arrivals, input_room, is_joined, is_periodic, passes_rates_on, rate_hz
 from dse.analysis.scheduling.responses import NO_BOUND, UNBOUNDED_NS
 from dse.analysis.terms import picked
@@ -328,10 +328,10 @@ def _origins_at(space: Space, number: int, view: View) -> Origins:
 def _releases(space: Space, number: int, view: View) -> dict[int, Origins]:
     """The origins of the releases of all components before one, by number."""
     origins: dict[int, Origins] = {}
-    todo, begun = _senders(space, number, view), {number}
+    todo, begun = senders(space, number, view), {number}
     while todo:
         top = todo[-1]
-        missing = [item for item in _senders(space, top, view) if item not in origins] if top not in origins else []
+        missing = [item for item in senders(space, top, view) if item not in origins] if top not in origins else []
         if not missing:
             if top not in origins:
                 origins[top] = _released(space, top, origins, view)
@@ -342,14 +342,6 @@ def _releases(space: Space, number: int, view: View) -> dict[int, Origins]:
             begun.add(top)
             todo += missing
     return origins
-
-
-def _senders(space: Space, number: int, view: View) -> list[int]:
-    """The components whose jobs release a component, of a thread with segments its first piece."""
-    component = space.components[number]
-    wires = component.triggers if passes_rates_on(component, view) else ()
-    sources = [space.connections[wire].source for wire in wires]
-    return [pieces_until(space, item)[0] for item in sources if item is not None]
 
 
 def _released(space: Space, number: int, origins_of: dict[int, Origins], view: View) -> Origins:

@@ -151,7 +151,7 @@ def _distances(space: Space, number: int, view: View) -> dict[int, Distance]:
     todo, begun, in_cycles = [number], set[int](), False
     while todo:
         top = todo[-1]
-        missing = [item for item in _before(space, top, view) if item not in distances] if top not in distances else []
+        missing = [item for item in senders(space, top, view) if item not in distances] if top not in distances else []
         if top in distances:
             todo.pop()
         elif not missing or all(item in begun for item in missing):
@@ -167,8 +167,8 @@ def _distances(space: Space, number: int, view: View) -> dict[int, Distance]:
     return distances
 
 
-def _before(space: Space, number: int, view: View) -> list[int]:
-    """The components whose jobs dispatch a component, of a thread with segments its first piece."""
+def senders(space: Space, number: int, view: View) -> list[int]:
+    """The components whose jobs release a component, by index; of a thread with segments its first piece."""
     component = space.components[number]
     wires = component.triggers if passes_rates_on(component, view) else ()
     sources = [space.connections[wire].source for wire in wires]

@@ -25,7 +25,7 @@ from dse.support.units import format_number, format_speed
 Kind: TypeAlias = Literal["speed", "memory", "RAM", "ROM"]
 ZERO = Fraction(0)
 PER_S = 1000
-"""Instructions in a nanosecond are so many MIPS."""
+"""MIPS of a processor that executes one instruction each nanosecond."""
 
 
 @dataclass(frozen=True, slots=True)

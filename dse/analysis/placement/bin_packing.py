@@ -42,7 +42,7 @@ WHOLE = Room(Fraction(1))
 
 
 @dataclass(frozen=True)
-class Work:
+class PackedItem:
     """A thread to be put on a core: the share of a core that it uses, and the cores that it may have, from 0.
 
     `cores` are the allowed core numbers, from 0.
@@ -59,7 +59,7 @@ class Counted:
     Figures that remember how they were made stay as they are: these are not `is_plain`.
     """
 
-    work: Sequence[Work]
+    work: Sequence[PackedItem]
     taken: Sequence[Any]
     room: Room
     scale: Fraction
@@ -76,7 +76,7 @@ class Counted:
         return partial(operator.gt if self.room.is_strict else operator.ge, self.room.share)  # by far quicker
 
 
-def counted_in_parts(work: Sequence[Work], taken: Sequence[Fraction], room: Room) -> Counted:
+def counted_in_parts(work: Sequence[PackedItem], taken: Sequence[Fraction], room: Room) -> Counted:
     """The question in the largest parts of a core of which all figures are whole numbers.
 
     Integers are compared faster than fractions; traced numbers stay as they are.
@@ -87,11 +87,11 @@ def counted_in_parts(work: Sequence[Work], taken: Sequence[Fraction], room: Room
     scale = lcm(*(figure.denominator for figure in figures))
     share = room.share * scale
     most = ceil(share) - 1 if room.is_strict else floor(share)
-    whole = [Work(cast(Any, int(item.share * scale)), item.cores) for item in work]
+    whole = [PackedItem(cast(Any, int(item.share * scale)), item.cores) for item in work]
     return Counted(whole, [int(load * scale) for load in taken], Room(cast(Any, most)), Fraction(scale), is_plain=True)
 
 
-def largest_first(work: Sequence[Work]) -> list[int]:
+def largest_first(work: Sequence[PackedItem]) -> list[int]:
     """The positions of the threads, those that use most first.
 
     Indices into `work`; ties by index, so that results are reproducible.

@@ -20,11 +20,11 @@ from dse.analysis.binding import own_core
 from dse.analysis.placement.bin_packing import (
     WHOLE,
     Counted,
+    PackedItem,
     PackingOutcome,
     PackingSearch,
     Room,
     Status,
-    Work,
     counted_in_parts,
     largest_first,
 )
@@ -61,7 +61,7 @@ class CorePartition:
         return max(range(len(self.loads)), key=lambda core: (self.loads[core], -core))
 
 
-def partition(work: Sequence[Work], taken: Sequence[Fraction], room: Room) -> CorePartition:
+def partition(work: Sequence[PackedItem], taken: Sequence[Fraction], room: Room) -> CorePartition:
     """Put threads on cores that already carry `taken`, so that the load of every core fits.
 
     Parameters
@@ -79,10 +79,10 @@ def partition(work: Sequence[Work], taken: Sequence[Fraction], room: Room) -> Co
 
     >>> from fractions import Fraction as F
     >>> both = (0, 1)
-    >>> half = [Work(F(share, 10), both) for share in (6, 5, 4, 5)]
+    >>> half = [PackedItem(F(share, 10), both) for share in (6, 5, 4, 5)]
     >>> partition(half, [F(0), F(0)], WHOLE).cores
     (0, 1, 0, 1)
-    >>> partition([Work(F(6, 10), both)] * 3, [F(0), F(0)], WHOLE).status
+    >>> partition([PackedItem(F(6, 10), both)] * 3, [F(0), F(0)], WHOLE).status
     'none'
     """
     counted = counted_in_parts(work, taken, room)
@@ -116,7 +116,7 @@ def _filled(counted: Counted) -> PackingOutcome | None:
     return PackingOutcome("found", cores, tuple(loads), 0)
 
 
-def tightest(work: Sequence[Work], taken: Sequence[Fraction]) -> CorePartition:
+def tightest(work: Sequence[PackedItem], taken: Sequence[Fraction]) -> CorePartition:
     """The partition whose fullest core is used least; `undecided` where effort ended before that was proved.
 
     A heuristic partition, then complete search for one with a lower peak, until a bound is met or `MOST_STEPS` is
@@ -178,7 +178,7 @@ def spread(space: Space, processor: int, used: Mapping[int, Fraction], view: Vie
         whose core is open: what this gives is then the only partition.
     """
     taken, waiting, allowed = _given(space, processor, used, view)
-    work = [Work(used[number], allowed[number]) for number in waiting]
+    work = [PackedItem(used[number], allowed[number]) for number in waiting]
     if asks_for_first_fit(space, waiting):
         assignment = first_fit(work, taken)
         assignment = replace(assignment, status="found" if all(map(room.fits, assignment.loads)) else "none")
@@ -193,7 +193,7 @@ def even_spread(space: Space, processor: int, used: Mapping[int, Fraction], view
     A `Spread`; threads with stated or decided cores stay there. `used` has fractions of a core by component index.
     """
     taken, waiting, allowed = _given(space, processor, used, view)
-    work = [Work(used[number], allowed[number]) for number in waiting]
+    work = [PackedItem(used[number], allowed[number]) for number in waiting]
     is_given = asks_for_first_fit(space, waiting)
     return _as_spread(space, used, view, waiting, first_fit(work, taken) if is_given else tightest(work, taken))
 
@@ -262,7 +262,7 @@ def _as_spread(
     )
 
 
-def first_fit(work: Sequence[Work], taken: Sequence[Fraction]) -> CorePartition:
+def first_fit(work: Sequence[PackedItem], taken: Sequence[Fraction]) -> CorePartition:
     """Each thread, those that use most first, on the first core with room for it, else on the one that is used least.
 
     `undecided` where a core carries more than all of it.
@@ -311,5 +311,5 @@ _recalled_filling: Callable[..., tuple[int, ...] | None] = lru_cache(maxsize=409
 def _recalled(
     work: tuple[tuple[Any, tuple[int, ...]], ...], taken: tuple[Any, ...], room: Room, steps: int
 ) -> PackingOutcome:
-    counted = Counted([Work(*item) for item in work], taken, room, Fraction(1), is_plain=True)
+    counted = Counted([PackedItem(*item) for item in work], taken, room, Fraction(1), is_plain=True)
     return PackingSearch(counted, largest_first(counted.work), steps).run()

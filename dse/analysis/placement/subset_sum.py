@@ -12,7 +12,7 @@ from collections.abc import Collection, Sequence
 FINEST = 1 << 20
 """Loads are counted in no finer parts of a core: shares are rounded up to these."""
 MOST_BITS = 500_000_000
-"""Effort: so many bits are computed at most, some 50 ms."""
+"""The greatest number of bits that are computed: some 50 ms."""
 FILLS_TRIED = 4
 """The number of fills of a core that are tried, the fullest first."""
 

@@ -34,7 +34,7 @@ class Graph:
 
 
 @dataclass(frozen=True)
-class Layout:
+class Layers:
     """`centres` has the place of each node across, a node being 1 wide; `routes` what each edge passes.
 
     A route has pairs of a place and a layer, from the edge's source to its target. `width` is that of all layers.
@@ -45,7 +45,7 @@ class Layout:
     width: float
 
 
-def layered(graph: Graph) -> Layout:
+def layered(graph: Graph) -> Layers:
     """Order the nodes of each layer and place them.
 
     Examples
@@ -68,7 +68,7 @@ def layered(graph: Graph) -> Layout:
         points = [(columns[node], level[node]) for node in chain]
         routes.append(tuple(points if source == upper else points[::-1]))
     width = max((columns[node] + span / 2 for node, span in spans.items()), default=0.0)
-    return Layout(tuple(columns[node] for node in range(count)), tuple(routes), round(width, 3))
+    return Layers(tuple(columns[node] for node in range(count)), tuple(routes), round(width, 3))
 
 
 def ranks(count: int, edges: Sequence[tuple[int, int]]) -> list[int]:

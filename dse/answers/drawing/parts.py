@@ -1,4 +1,4 @@
-"""What a drawing of an architecture shows: areas of components, links between them, uses of physical buses."""
+"""The parts of a drawing of an architecture: areas of components, links between them, uses of physical buses."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ class Area:
 
 
 @dataclass
-class Use:
+class BusUser:
     """The use of a physical bus by a component: whether it sends and receives there, and over which connections.
 
     `always` tells whether one of the connections can be on no other bus.
@@ -46,7 +46,7 @@ class Use:
         self.connections += (connection,)
 
 
-class Parts:
+class DrawnParts:
     """The parts of the drawing of a space; the designs of a space have all of them in common.
 
     Numbers are indices into the space's components, connections and processors. Computed once and shared by the
@@ -57,7 +57,7 @@ class Parts:
         self.space = space
         self.links: dict[tuple[int, int], list[int]] = {}
         """Connections from a component to another that are drawn without a bus between, by both ends."""
-        self.uses: dict[tuple[int, int], Use] = {}
+        self.uses: dict[tuple[int, int], BusUser] = {}
         """By component and physical bus."""
         self.from_outside: set[int] = set()
         for number, item in enumerate(space.connections):
@@ -174,7 +174,7 @@ class Parts:
             options = [bus for bus in set(leaves(item.bus)) if bus is not None]
             for end in ends:
                 for bus in physical:
-                    use = self.uses.setdefault((end, bus), Use())
+                    use = self.uses.setdefault((end, bus), BusUser())
                     use.add(number, sends=end == item.source, always=len(options) == 1)
         elif item.target is not None:
             self.from_outside.add(item.target)

@@ -14,8 +14,8 @@ from itertools import pairwise
 from dse.analysis.binding import bus_stack
 from dse.analysis.diagnosis.front_verdicts import cores_of
 from dse.analysis.views import View
-from dse.answers.drawing.places import BAR_H, BOX_W, LEGEND, LINE_H, MARGIN, PAD, Placed, Places, buses_of
-from dse.answers.drawing.texts import Line, Texts, shortened
+from dse.answers.drawing.places import BAR_H, BOX_W, LEGEND, LINE_H, MARGIN, PAD, DrawnPlaces, Placed, buses_of
+from dse.answers.drawing.texts import TextLine, Texts, shortened
 from dse.space.model.space import EMPTY, Design
 from dse.space.model.trees import leaves
 from dse.support.theme import LIGHT, with_colours
@@ -44,7 +44,7 @@ STYLE = """
 """
 
 
-class Drafter(Places):
+class Drafter(DrawnPlaces):
     """Draws a space, and its designs, over one common layout.
 
     The layout is computed once, so that the drawings of two designs can be compared by eye.
@@ -190,7 +190,7 @@ class Drafter(Places):
         yield "</g>"
 
 
-def _bold_and(name: str, line: Line) -> str:
+def _bold_and(name: str, line: TextLine) -> str:
     look = "small decision" if line.is_open else "small"
     return f"<tspan class='name'>{escape(name)}</tspan> <tspan class='{look}' dx='4'>{escape(line.text)}</tspan>"
 

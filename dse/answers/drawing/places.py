@@ -6,9 +6,9 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
-from dse.answers.drawing.layout import Graph, Layout, apart, layered, ranks
-from dse.answers.drawing.parts import Area, Parts
-from dse.answers.drawing.texts import Line, Texts, columns
+from dse.answers.drawing.layout import Graph, Layers, apart, layered, ranks
+from dse.answers.drawing.parts import Area, DrawnParts
+from dse.answers.drawing.texts import TextLine, Texts, columns
 from dse.space.model.space import Connection, Space
 from dse.space.model.trees import leaves
 
@@ -43,7 +43,7 @@ class Placed:
     """
 
     area: Area
-    layout: Layout
+    layout: Layers
     nodes: tuple[tuple[str, int], ...]
     edges: tuple[Edge, ...]
     ends: tuple[tuple[int, int], ...]
@@ -51,7 +51,7 @@ class Placed:
     width: float
 
 
-class Places:
+class DrawnPlaces:
     """The places of the parts of a space, for the problem and for each of its designs.
 
     Coordinates are in px from the upper left corner. They depend on the problem only; a design changes texts and styles
@@ -61,7 +61,7 @@ class Places:
     def __init__(self, space: Space, *, for_designs: bool = True) -> None:
         """`for_designs` leaves room for the core of each thread, which only drawings of designs show."""
         self.space = space
-        self.parts = Parts(space)
+        self.parts = DrawnParts(space)
         above, self.upper_buses = self.parts.above
         self.devices_above = [one for one in self.parts.alone if one in above]
         self.devices_below = [one for one in self.parts.alone if one not in above]
@@ -266,14 +266,14 @@ class Places:
         """The upper edge of the box of a device."""
         return self.above_y if number in self.devices_above else self.below_y
 
-    def area_title(self, area: Area, texts: Texts) -> tuple[str, Line]:
+    def area_title(self, area: Area, texts: Texts) -> tuple[str, TextLine]:
         """The name of an area, and its type or the options of it.
 
         The title is empty where threads have no processor, "on A or B" where the processor is open.
         """
         names = [self.space.processors[one].name for one in area.processors]
         if len(names) != 1:
-            return (f"on {' or '.join(names)}" if names else ""), Line("", is_open=len(names) > 1)
+            return (f"on {' or '.join(names)}" if names else ""), TextLine("", is_open=len(names) > 1)
         return names[0], texts.slot(self.space.processors[area.processors[0]])
 
     def line(self, one: Placed, route: Sequence[tuple[float, int]], door: tuple[str, int]) -> list[tuple[float, float]]:

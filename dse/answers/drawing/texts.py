@@ -1,4 +1,4 @@
-"""What stands in the boxes of a drawing: activation, place and types, with open decisions as ranges of options."""
+"""Texts in the boxes of a drawing: activation, place and types, with open decisions as ranges of options."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ ELSEWHERE = ("period", "dispatch_protocol", "processor")
 
 
 @dataclass(frozen=True)
-class Line:
+class TextLine:
     """A line of text, and whether it shows what is open, or was decided."""
 
     text: str
@@ -44,27 +44,27 @@ class Texts:
             if item.is_open and number not in space.fixed:
                 self.open.setdefault(item.component, []).append(item.field)
 
-    def component(self, number: int) -> list[Line]:
+    def component(self, number: int) -> list[TextLine]:
         """The lines below the name of a component: its activation; where it runs in a design, or what else is open.
 
-        One to three `Line` objects; names of processors are shortened to fit the box.
+        One to three `TextLine` objects; names of processors are shortened to fit the box.
         """
         item = self.space.components[number]
         executors = [self.space.executors[leaf].name for leaf in leaves(item.executor) if leaf is not None]
         fields = [field for name in (item.name, *executors) for field in self.open.get(name, ())]
         lines = [self._options(item)]
         if self.view is not None:
-            lines = [Line(self._chosen(number, item), lines[0].is_open)]
+            lines = [TextLine(self._chosen(number, item), lines[0].is_open)]
         processor = None if self.view is None else at(item.processor, self.view)
         if processor is not None and ("processor" in fields or number in self.cores):
             runs = f"on {self.space.processors[processor].name}"
             core = f", core {self.cores[number]}" if number in self.cores else ""
-            lines.append(Line(f"{shortened(runs, 20)}{core}", "processor" in fields or "core" in fields))
+            lines.append(TextLine(f"{shortened(runs, 20)}{core}", "processor" in fields or "core" in fields))
         elif self.view is None and (further := [field for field in fields if field not in self.elsewhere]):
-            lines.append(Line(f"open: {', '.join(dict.fromkeys(further))}", is_open=True))
+            lines.append(TextLine(f"open: {', '.join(dict.fromkeys(further))}", is_open=True))
         return lines
 
-    def slot(self, item: Slot) -> Line:
+    def slot(self, item: Slot) -> TextLine:
         """The type of a processor or bus, or its options.
 
         ``A or B`` while the decision is open, ``not used`` for a slot that the design leaves empty; an empty text where
@@ -74,11 +74,11 @@ class Texts:
         is_open = decision.is_open and item.type_decision not in self.space.fixed
         if self.view is not None:
             chosen = item.types[self.view[item.type_decision]]
-            return Line("not used" if chosen == EMPTY else "" if chosen == item.name else chosen, is_open)
+            return TextLine("not used" if chosen == EMPTY else "" if chosen == item.name else chosen, is_open)
         fixed = self.space.fixed.get(item.type_decision)
         types = [name for name in (item.types if fixed is None else [item.types[fixed]]) if name != EMPTY]
         text = "" if types == [item.name] else " or ".join(types)
-        return Line(f"{text} or none".strip() if is_open and EMPTY in item.types else text, is_open)
+        return TextLine(f"{text} or none".strip() if is_open and EMPTY in item.types else text, is_open)
 
     def _chosen(self, number: int, item: Component) -> str:
         assert self.view is not None
@@ -90,7 +90,7 @@ class Texts:
         rate = rate_hz(self.space, ("activation", number), self.view)
         return f"{protocol or 'event-triggered'}" + (f", {_rate(rate)}" if rate else "")
 
-    def _options(self, item: Component) -> Line:
+    def _options(self, item: Component) -> TextLine:
         """``periodic 10 … 100 ms, aperiodic``; open where there is more than one way."""
         numbers_of: dict[str | None, list[int]] = {}
         for protocol, period in _pairs(item.protocol, item.period_ns, dict(self.space.fixed)):
@@ -98,10 +98,10 @@ class Texts:
             if period is not None and period not in periods:
                 periods.append(period)
         if item.section == "devices" and not any(numbers_of.values()):
-            return Line(item.category)
+            return TextLine(item.category)
         ways = sum(max(1, len(periods)) for periods in numbers_of.values())
         text = ", ".join(_activation(protocol, sorted(periods)) for protocol, periods in numbers_of.items())
-        return Line(text, ways > 1)
+        return TextLine(text, ways > 1)
 
 
 def _activation(protocol: str | None, periods: Sequence[int]) -> str:

@@ -42,7 +42,7 @@ def ros2_parameters(space: Space, design: Design, title: str, names: Ros2 | None
             "state what the nodes declare under `ros2: parameters`, as `dse import` of launch and parameter files does"
         )
         raise UsageError(f"the problem states no parameters of nodes: {hint}")
-    return "\n".join([f"# {_line(title)}", PLACES, *_nodes(space, design, names)]) + "\n"
+    return "\n".join([f"# {in_comment(title)}", PLACES, *_nodes(space, design, names)]) + "\n"
 
 
 def own_parameters(space: Space) -> Mapping[str, Sequence[str]]:
@@ -81,9 +81,9 @@ def _nodes(space: Space, design: Design, names: Ros2) -> Iterator[str]:
         process = at(at_home(space.components, number).process, view)
         nodes.setdefault(same.setdefault(own, component.name) if own else process or component.name, []).append(number)
     if others:
-        yield f"# Without a stated parameter, so that their nodes keep what they have: {_line(', '.join(others))}"
+        yield f"# Without a stated parameter, so that their nodes keep what they have: {in_comment(', '.join(others))}"
     if unsaid:
-        yield f"# Chosen, but not written, for no parameter of a node is stated for it: {_line(', '.join(unsaid))}"
+        yield f"# Chosen, but not written, for no parameter of a node is stated for it: {in_comment(', '.join(unsaid))}"
     taken = set(names.nodes.values())
     for name, numbers in nodes.items():
         stated = [item for number in numbers for item in stated_of.get(space.components[number].name, ())]
@@ -132,7 +132,7 @@ def _own_parameters(space: Space, stated: Sequence[Parameter], view: View) -> It
         if item.is_whole and value.denominator != 1:
             raise UsageError(f"{item.name}: {float(value):g} {item.unit} is no whole number")
         text = str(value) if item.is_whole else _float(float(value))
-        yield f"    {yaml_text(item.name)}: {text}  # {_line(item.thread)}, {item.field} [{item.unit}]"
+        yield f"    {yaml_text(item.name)}: {text}  # {in_comment(item.thread)}, {item.field} [{item.unit}]"
 
 
 def _own_parameter(space: Space, item: Parameter, view: View) -> str:
@@ -151,7 +151,7 @@ def _own_parameter(space: Space, item: Parameter, view: View) -> str:
         raise UsageError(f"{item.name}: {float(value):g} {unit} is no whole number")
     text = str(value) if is_whole else _float(float(value))
     comment = f"{item.thread}, {item.field}" + (f" [{unit}]" if unit else "")
-    return f"    {yaml_text(item.name)}: {text}  # {_line(comment)}"
+    return f"    {yaml_text(item.name)}: {text}  # {in_comment(comment)}"
 
 
 PINNING = (
@@ -177,7 +177,7 @@ def pinning_table(space: Space, design: Design, title: str) -> str:
             place = (slot.name, kind, item.core, item.core - 1, core_by(space, component, view), item.rank)
             response = "" if item.response_ns is None else exact(item.response_ns)
             rows.append((item.name, item.executor, *place, "" if period is None else period, response))
-    return f"# {_line(title)}\n{PINNED}\n{csv_text(rows)}"
+    return f"# {in_comment(title)}\n{PINNED}\n{csv_text(rows)}"
 
 
 def _float(value: float) -> str:
@@ -198,10 +198,11 @@ def _unique(name: str, taken: set[str]) -> str:
 
 
 def _original(name: str) -> str:
-    return "" if re.fullmatch(r"[A-Za-z_][A-Za-z0-9_]*", name) else f"  # {_line(name)}"
+    return "" if re.fullmatch(r"[A-Za-z_][A-Za-z0-9_]*", name) else f"  # {in_comment(name)}"
 
 
-def _line(text: str) -> str:
+def in_comment(text: str) -> str:
+    """Text that stays within one line of comment: each character that cannot be printed becomes a blank."""
     return "".join(char if char.isprintable() else " " for char in text)
 
 

@@ -12,6 +12,7 @@ import yaml
 
 from dse.analysis.diagnosis.front_verdicts import core_by, cores_of
 from dse.analysis.views import View
+from dse.answers.exports.formats import in_comment
 from dse.answers.exports.yaml_editing import YamlDocument, flow_mapping
 from dse.answers.result import Result
 from dse.space.architecture.carriers import ALONE
@@ -52,7 +53,7 @@ def fixed_problem(text: str, result: Result, design: Design, title: str, folder:
     _question(draft, result)
     _rules(draft, space, rest, design)
     _baseline(draft, space, design)
-    return "".join(f"# {_line(line)}\n" for line in (title, *_cores(space, design))) + draft.result()
+    return "".join(f"# {in_comment(line)}\n" for line in (title, *_cores(space, design))) + draft.result()
 
 
 def _joins(draft: YamlDocument, space: Space, design: Design) -> None:
@@ -102,11 +103,6 @@ def without(text: str, error: ProblemError) -> str | None:
             return None
         draft.drop_item([match.group(1), int(match.group(2))], "speaks of what this design does not have:")
     return draft.result()
-
-
-def _line(text: str) -> str:
-    """Text that stays within one comment line."""
-    return "".join(char if char.isprintable() else " " for char in text)
 
 
 def _open(space: Space) -> list[Decision]:

@@ -1,4 +1,4 @@
-"""What a JSON Schema cannot say: that the parts of a file speak of the same objectives, designs and points."""
+"""Checks that a JSON Schema cannot express: parts of a file must agree on objectives, designs and points."""
 
 from __future__ import annotations
 

@@ -79,9 +79,9 @@ KINDS = {
     "dict": "a mapping",
     "model": "a mapping",
 }
-"""What is expected, by pydantic's name of the kind."""
+"""The expected values in words, by pydantic's name of the kind."""
 TAGS = ("union_tag_invalid", "union_tag_not_found")
-"""What pydantic finds where it cannot tell which case of a union something is."""
+"""Findings of pydantic where it cannot tell which case of a union a value is."""
 
 
 @arguments.checked(of=arguments.Word(("problem", *FORMS)))

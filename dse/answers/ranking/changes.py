@@ -1,4 +1,4 @@
-"""What differs between two designs of a space: decisions, and the gain or loss in each objective."""
+"""Differences between two designs of a space: decisions, and the gain or loss in each objective."""
 
 from __future__ import annotations
 

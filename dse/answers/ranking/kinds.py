@@ -19,9 +19,9 @@ from dse.answers.result import Result
 from dse.support.units import is_unbounded
 
 OF_RANGE = Fraction(1, 10)
-"""What the minor decisions of a kind may move an objective by, as a share of its range on the front."""
+"""The change of an objective by the minor decisions of a kind, as a share of its range on the front."""
 OF_VALUE = Fraction(1, 10)
-"""What they may move an objective by, as a share of its value."""
+"""The change of an objective by the minor decisions of a kind, as a share of its value."""
 ARRANGED = ("core", "priority", "offset")
 """Fields that say where and when threads run on a given computer: minor before any other decision is."""
 MOST_NAMING = 4

@@ -1,4 +1,4 @@
-"""What an incomplete front is worth: how much better a design that it misses can be, as far as that is proved."""
+"""The optimality gap of an incomplete front: how much better a missing design can be, by the proved bounds."""
 
 from __future__ import annotations
 

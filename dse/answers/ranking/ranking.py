@@ -24,7 +24,7 @@ METHOD = "distance to the ideal point, objectives scaled to their range on the f
 METHODS = ("ideal", "topsis", "knee", "weights", "order", "baseline")
 MOST_DIGITS = 6
 UNBOUNDED_LOSS = 2
-"""What an unbounded value loses, in ranges of the bounded ones from the best of these."""
+"""The loss of an unbounded value, in ranges of the bounded ones from the best of these."""
 Vectors: TypeAlias = Sequence[Sequence[int | Fraction]]
 Range: TypeAlias = tuple[int | Fraction, int | Fraction]
 """The best and the worst value of an objective."""

@@ -23,7 +23,7 @@ from dse.support.units import Exact, Rounding, parse_duration_ns, whole
 
 
 @dataclass(frozen=True)
-class Comparison:
+class PointDeltas:
     """An alternative against another design: `with_` is that one's id on the front, or None for the baseline.
 
     `changes` are decisions with both options, `deltas` the objectives of both.
@@ -116,10 +116,10 @@ class Reasons:
     analysis: Analysis
     changed: tuple[Change, ...] | None
     """The changes against the baseline, where they are counted; they are known of a part of a baseline, too."""
-    baseline: Comparison | None
-    above: Comparison | None
-    neighbour: Comparison | None
-    variants: tuple[Comparison, ...]
+    baseline: PointDeltas | None
+    above: PointDeltas | None
+    neighbour: PointDeltas | None
+    variants: tuple[PointDeltas, ...]
     margins: tuple[Margin, ...]
     dominants: tuple[Dominant, ...]
     improvements: tuple[Improvement, ...]
@@ -210,21 +210,21 @@ class Reasoner:
                 return number, min((pair for pair in times if pair[0] >= least_ns), default=None)
         return -1, None
 
-    def against(self, point: Point, other: Point, *, like_other: bool = False) -> Comparison:
+    def against(self, point: Point, other: Point, *, like_other: bool = False) -> PointDeltas:
         """Compare `point` with `other`: changed decisions, gains and losses; cores have the numbers of one of them.
 
         `like_other` numbers interchangeable cores as in `other`, so that a renumbered core is no change.
         """
         changes = changes_between(self.result.space, other.design, point.design, like_before=like_other)
-        return Comparison(other.id, changes, deltas(self.result.objectives, other.objectives, point.objectives))
+        return PointDeltas(other.id, changes, deltas(self.result.objectives, other.objectives, point.objectives))
 
-    def _against_baseline(self, point: Point) -> Comparison | None:
+    def _against_baseline(self, point: Point) -> PointDeltas | None:
         if self.baseline is None or self.result.baseline is None:
             return None
         changes = changes_between(self.result.space, self.result.baseline, point.design)
-        return Comparison(None, changes, deltas(self.result.objectives, self.baseline[1], point.objectives))
+        return PointDeltas(None, changes, deltas(self.result.objectives, self.baseline[1], point.objectives))
 
-    def _variants(self, point: Point) -> Iterator[Comparison]:
+    def _variants(self, point: Point) -> Iterator[PointDeltas]:
         """The points that `point` stands for, with what they change, gain and lose against it."""
         for other in self.result.front:
             if self.result.variants.get(other.id) == point.id:

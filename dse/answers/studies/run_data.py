@@ -1,4 +1,4 @@
-"""What a run of a sweep finds, as plain data: as the store keeps it, and as it is written once designs are ranked."""
+"""The outcome of a run of a sweep as plain data: as the store keeps it, and as it is written with ranked designs."""
 
 from __future__ import annotations
 
@@ -172,7 +172,7 @@ class FoundBreaks(Data):
 
 
 Found: TypeAlias = Annotated[Failure | FoundFront | FoundBreaks, BY_KIND]
-"""What a run finds, by itself."""
+"""The outcome of a run by itself."""
 
 
 class _Run(Data):

@@ -26,7 +26,7 @@ PREFERRED = {"ns": "ms", "nm": "cm", "ppm": "%", "mW": "W", "B/s": "KB/s"}
 
 PPM = 10**6
 NO_BOUND = "unbounded"
-"""What is shown in place of a figure in which a response time has no bound."""
+"""The text in place of a figure in which a response time has no bound."""
 
 
 def exact(value: Exact) -> int | str | None:

@@ -22,7 +22,7 @@ READABLE = "readable"
 EXACT = "exact"
 """Asks for exact integers in the units in which figures are counted, where no other unit is asked for."""
 COUNTED = (*PREFERRED, "B")
-"""What figures of dse count: a unit of their kind may be asked for."""
+"""Counting units of dse's figures: a unit of their kind may be asked for."""
 
 
 def unit_frame(

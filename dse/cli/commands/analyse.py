@@ -10,7 +10,7 @@ from dse.cli.common import all_option, check_writable, in_time, json_option, loa
 from dse.cli.grouping import GroupedCommand
 from dse.cli.options import question_of, question_options
 from dse.cli.pages import answer, page_path, report_option
-from dse.cli.saying import tell
+from dse.cli.printing import tell
 from dse.support.errors import EXIT_COMPLETE, EXIT_NO
 
 if TYPE_CHECKING:

@@ -12,7 +12,7 @@ from dse.cli.common import all_option, check_writable, in_time, json_option, loa
 from dse.cli.grouping import GroupedCommand
 from dse.cli.options import question_of, question_options
 from dse.cli.pages import answer, page_path, report_option
-from dse.cli.saying import say, tell
+from dse.cli.printing import say, tell
 
 
 @click.command("check", cls=GroupedCommand)

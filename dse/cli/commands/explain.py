@@ -19,7 +19,7 @@ from dse.cli.common import (
 )
 from dse.cli.options import OrderedCommand, objective_options, objectives_of, question_of, question_options
 from dse.cli.pages import answer, page_path, report_option
-from dse.cli.working import Working
+from dse.cli.progress import Working
 from dse.support.timelimit import TimeLimit, until
 
 if TYPE_CHECKING:

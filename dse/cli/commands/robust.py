@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from dse.cli.common import save
 from dse.cli.pages import in_what_is_left, print_front
-from dse.cli.saying import tell
+from dse.cli.printing import tell
 from dse.support.errors import EXIT_INCOMPLETE
 from dse.support.files.writing import write_files
 from dse.support.timelimit import TimeLimit

@@ -23,7 +23,7 @@ from dse.cli.common import (
 )
 from dse.cli.options import OrderedCommand, objective_options, objectives_of, question_of, question_options
 from dse.cli.pages import page_path, write_page
-from dse.cli.saying import rewrite
+from dse.cli.printing import rewrite
 from dse.cli.study_files import claim_study, folder_of, study_report_options, write_study
 from dse.support.timelimit import TimeLimit, until
 
@@ -115,7 +115,7 @@ def command(
         raise click.UsageError("only one of --json and --csv can go to standard output")
     check_writable(json_path, csv_path, page_path(report))
     target = folder_of(report, folder)
-    from dse.questions.sensitivity.sensitivity import Settings, sensitivity_asked
+    from dse.questions.sensitivity.sensitivity import StudySettings, sensitivity_asked
 
     live = sys.stderr.isatty()
 
@@ -123,7 +123,7 @@ def command(
         if live:
             rewrite(what)
 
-    settings = Settings(swing, samples, seed, front)
+    settings = StudySettings(swing, samples, seed, front)
     with until(time_limit):
         problem = load_told(file).ask(**question_of(options, objectives_of(minimise, maximise)))
         claim_study(target, problem.name, "sensitivity")

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import sys
-import time
 from collections.abc import Callable
 from contextlib import nullcontext
 from pathlib import Path
@@ -32,9 +31,9 @@ from dse.cli.options import (
     ranking_options,
 )
 from dse.cli.pages import in_what_is_left, page_path, print_front
-from dse.cli.saying import rewrite, tell
+from dse.cli.printing import rewrite, tell
+from dse.cli.progress import Reporter
 from dse.cli.study_files import folder_of, study_report_options
-from dse.cli.working import Working
 from dse.support.errors import EXIT_INCOMPLETE, about
 from dse.support.files.writing import is_stream, write_files
 from dse.support.timelimit import TimeLimit, until
@@ -181,7 +180,7 @@ def command(
             raise click.UsageError("--robust shows one design for each point: no --further, --within or --insist")
         from dse.cli.commands.robust import show_robust, solve_robustly
 
-        with _Reporter(quiet=quiet) as progress:
+        with _SearchReporter(quiet=quiet) as progress:
             budget, tell = SearchLimits(time_limit, seed, workers or 1), (progress, _checkpoint(json_path))
             study = solve_robustly(problem, (resume, file) if resume is not None else None, budget, tell)
         return show_robust(
@@ -192,7 +191,7 @@ def command(
             whole,
             explain=None if quiet else explain,
         )
-    with _Reporter(quiet=quiet) as progress, about(resume) if resume is not None else nullcontext():
+    with _SearchReporter(quiet=quiet) as progress, about(resume) if resume is not None else nullcontext():
         watcher = Watcher(progress, _checkpoint(json_path))
         result = solve_asked(problem, SearchLimits(time_limit, seed, workers or 1), watcher, earlier)
     result = ranked_by(result, rank_by or "ideal")
@@ -288,25 +287,12 @@ def _write_reports(document: Document | None, folder: Path | None, page: str | N
     return failure
 
 
-class _Reporter:
-    """Progress on standard error: a line that moves on a terminal, plain lines now and then elsewhere."""
+class _SearchReporter(Reporter):
+    """Progress of a search on standard error: how many points are found, and how many regions are open."""
 
     def __init__(self, *, quiet: bool) -> None:
-        self.quiet = quiet
-        self.said = time.monotonic()
-        self.working = Working("making the model", quiet=quiet)
-
-    def __enter__(self) -> _Reporter:
-        self.working.__enter__()
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.working.__exit__()
+        super().__init__("making the model", PLAIN_STEP_S, quiet=quiet)
 
     def __call__(self, progress: Progress) -> None:
         text = f"{count_words(progress.points, 'point')}, {count_words(progress.open_regions, 'region')} open"
-        self.working.text = text
-        now = time.monotonic()
-        if not self.quiet and not self.working.live and now - self.said >= PLAIN_STEP_S:
-            self.said = now
-            tell(f"{text}, {progress.elapsed_s:.1f} s")
+        self.report(text, f"{text}, {progress.elapsed_s:.1f} s")

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import time
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -24,9 +23,9 @@ from dse.cli.common import (
 )
 from dse.cli.options import OrderedCommand, objective_options, objectives_of, question_of, question_options
 from dse.cli.pages import page_path, write_page
-from dse.cli.saying import tell
+from dse.cli.printing import tell
+from dse.cli.progress import Reporter
 from dse.cli.study_files import claim_study, folder_of, study_report_options, write_study
-from dse.cli.working import Working
 from dse.support.files.guard import claim
 from dse.support.files.writing import is_stream
 from dse.support.timelimit import TimeLimit, until
@@ -149,34 +148,18 @@ def _beside(file: str, results: Sequence[str | None], report: Path | None) -> Pa
     return folders[0] / f"{Path(file).stem}.runs.sqlite" if folders else None
 
 
-class Estimate:
-    """Progress with the time that is left, on standard error.
-
-    A bar on a terminal, plain lines now and then elsewhere.
-    """
+class Estimate(Reporter):
+    """Progress with the time that is left, on standard error: a bar on a terminal, plain lines elsewhere."""
 
     def __init__(self, *, quiet: bool) -> None:
-        self.quiet = quiet
-        self.said = time.monotonic()
-        self.working = Working("preparing the runs", quiet=quiet)
-
-    def __enter__(self) -> Estimate:
-        self.working.__enter__()
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.working.__exit__()
+        super().__init__("preparing the runs", PLAIN_STEP_S, quiet=quiet)
 
     def __call__(self, progress: SweepProgress) -> None:
         """Say where the sweep stands, unless it was said just now."""
         left = "" if progress.left_s is None else f", about {duration(progress.left_s)} left"
         text = f"{progress.done} of {progress.total} runs{left}"
         filled = 30 * progress.done // progress.total
-        self.working.text = f"[{'#' * filled}{'.' * (30 - filled)}] {text}"
-        now = time.monotonic()
-        if not self.quiet and not self.working.live and now - self.said >= PLAIN_STEP_S:
-            self.said = now
-            tell(text)
+        self.report(f"[{'#' * filled}{'.' * (30 - filled)}] {text}", text)
 
 
 def duration(seconds: float) -> str:

@@ -7,7 +7,7 @@ import click
 from dse.cli.common import ExistingPath, all_option, check_writable, json_option, quiet_option, time_limit_option
 from dse.cli.grouping import GroupedCommand
 from dse.cli.pages import answer, page_path, report_option
-from dse.cli.working import Working
+from dse.cli.progress import Working
 from dse.support.timelimit import TimeLimit
 
 

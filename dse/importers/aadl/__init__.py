@@ -6,7 +6,7 @@ Read `reading.py` first: it calls the three steps in order.
 * `syntax/`: text to a syntax tree; nothing is looked up.
 * `instance/`: syntax trees to the instance of one system: components, properties, connections, flows.
 * `document/`: the instance to the sections of a problem file.
-* `ours.py`: the property set for figures that AADL has no property for; read here, written by the AADL export.
+* `property_set.py`: the property set for figures that AADL has no property for; read here, written by the AADL export.
 
 Not allowed here: silence. A property or a construct that is not understood becomes a remark with its place.
 """

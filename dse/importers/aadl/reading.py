@@ -14,9 +14,9 @@ from dse.importers.aadl.document.implementations import (
     subsystems,
     with_implementations,
 )
-from dse.importers.aadl.document.problem import Writer
+from dse.importers.aadl.document.problem import ProblemWriter
 from dse.importers.aadl.instance.model import InstanceModel, read_model
-from dse.importers.aadl.instance.unread import tell
+from dse.importers.aadl.instance.unread_properties import tell
 from dse.importers.aadl.syntax.tokens import finding
 from dse.importers.allowance import allowed, at
 from dse.importers.registry import CHOICES, Imported, Key, Place
@@ -48,7 +48,7 @@ def read(path: Path, options: Mapping[str, Any]) -> Imported:
 
 def _read(path: Path, options: Mapping[str, Any]) -> Imported:
     model = read_model(path, options)
-    writer = Writer(model, path, options)
+    writer = ProblemWriter(model, path, options)
     choices = options.get(CHOICES, {})
     chosen = subsystems(model, choices)
     document = writer.document() if not chosen else _alternatives(model, chosen, writer.places, path, options)
@@ -66,7 +66,7 @@ def _alternatives(
 
     def document(taken: Mapping[str, str]) -> dict[str, Any]:
         variant = with_implementations(model, chosen, taken, path, options)
-        writer = Writer(variant, path, options)
+        writer = ProblemWriter(variant, path, options)
         written = writer.document()
         model.properties.asked |= variant.properties.asked
         budgets.append(written.pop("budgets", None))

@@ -20,7 +20,7 @@ KEYED = ("instances", "components", "subscribers", "publishers", "processes", "n
 OTHER_NAMES = {"inputs": "subscribers", "outputs": "publishers", "instances": "components"}
 """Older files call ports inputs and outputs; the instances of a module are the components of a system."""
 DEEPEST = 20
-"""Entities are based on others, and hold others, up to so many levels."""
+"""The greatest number of levels of entities that are based on others, or hold others."""
 
 
 @dataclass(frozen=True)

@@ -18,7 +18,7 @@ from dse.importers.ros2.yaml_places import LocatedValue
 
 EVENTS = ("on_input", "on_trigger")
 MOST_WAYS = 64
-"""A process starts in so many ways at most."""
+"""The greatest number of ways in which a process starts."""
 DEEPEST = 12
 NS_PER_S = 10**9
 Cause: TypeAlias = tuple[str, str]

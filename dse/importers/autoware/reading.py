@@ -18,7 +18,7 @@ from dse.importers.autoware.processes import ThreadOfProcess, threads_of
 from dse.importers.autoware.tree import PUBLISHER, NodeInstance, Tree, tree_of
 from dse.importers.registry import Imported, Key, Place
 from dse.importers.ros2.system import COMPUTER, NO_TIMES, NODE, stated_options
-from dse.importers.ros2.yaml_places import Names, ros_name
+from dse.importers.ros2.yaml_places import UniqueNames, ros_name
 from dse.support.errors import Diagnostic, ProblemError
 from dse.support.units import format_duration
 
@@ -66,7 +66,7 @@ class _Writer:
         self.path, self.tree, self.groups = path, tree, groups
         self.cores, self.rate = stated_options(options)
         self.places: dict[Key, Place] = {}
-        self.names = Names()
+        self.names = UniqueNames()
         self.units = {unit: self.names.new(ros_name(unit) if unit else COMPUTER) for unit in self._units()}
         self.arriving: dict[str, dict[str, list[tuple[str, str, Part]]]] = {}
         for at, node in tree.nodes.items():

@@ -15,7 +15,7 @@ OLDER = {"output": PUBLISHER, "input": SUBSCRIBER}
 SERVICES = ("server", "client")
 WILD = "*^+"
 MOST_WILD = 4
-"""An end of a connection has at most so many wildcards."""
+"""The greatest number of wildcards in an end of a connection."""
 PortKey: TypeAlias = tuple[str, str, str]
 """The path of an instance, publisher or subscriber, and the name of its port."""
 

@@ -1,4 +1,4 @@
-"""What a bag holds: sizes and rates of the messages of each topic (.bag, .mcap, .db3), by rosbags (extra ``ros``)."""
+"""Bags: sizes and rates of the messages of each topic (.bag, .mcap, .db3), by rosbags (extra ``ros``)."""
 
 from __future__ import annotations
 

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from dse.importers.registry import PUBLISHERS, Imported
-from dse.importers.ros2.system import CALL_HINT, Callback, Group, System, Wire, Writer, seen_among
+from dse.importers.ros2.system import CALL_HINT, Callback, Group, Message, System, SystemWriter, seen_among
 from dse.importers.ros2.yaml_places import LocatedFile, LocatedValue
 
 UNDEFINED = "UNDEFINED"
@@ -33,9 +33,7 @@ def read(path: Path, options: Mapping[str, Any]) -> Imported:
     reader = _Reader(file, options.get(PUBLISHERS, {}))
     system = reader.system()
     file.check()
-    writer = Writer(file, system, options, "CARET architecture")
-    document = writer.document()
-    return Imported(document, tuple(file.remarks), writer.places, writer.entities())
+    return SystemWriter(file, system, options, "CARET architecture").imported()
 
 
 class _Reader:
@@ -48,7 +46,7 @@ class _Reader:
         self.subscribed: dict[tuple[str, str], list[Callback]] = {}
         self.published: dict[tuple[str, str], list[Callback]] = {}
         self.publishes: dict[tuple[str, str], LocatedValue] = {}
-        self.kept: dict[tuple[int, int], Wire] = {}
+        self.kept: dict[tuple[int, int], Message] = {}
         self.left_out: set[tuple[str, str]] = set()
         self.found = System()
 
@@ -132,11 +130,11 @@ class _Reader:
                 write, read = (self.callbacks[name, end] for end in ends)
                 self._keep(write, read, item, "variable passing")
 
-    def _keep(self, write: Callback, read: Callback, place: LocatedValue, words: str) -> Wire:
+    def _keep(self, write: Callback, read: Callback, place: LocatedValue, words: str) -> Message:
         """Add the data that one callback of a node leaves for another to read."""
         key = (id(write), id(read))
         if key not in self.kept:
-            self.kept[key] = Wire(f"{write.name}/to/{read.name.rpartition('/')[2]}", place, write, read, True, words)
+            self.kept[key] = Message(f"{write.name}/to/{read.name.rpartition('/')[2]}", place, write, read, True, words)
             self.found.wires.append(self.kept[key])
         return self.kept[key]
 
@@ -233,7 +231,7 @@ class _Reader:
                 for source in known or [None]:
                     ends = f"{source.node if source is not None else ''}{node}" if several else ""
                     self.found.wires.append(
-                        Wire(f"{topic}{ends}", target.place, source, target, words=f"topic {topic}")
+                        Message(f"{topic}{ends}", target.place, source, target, words=f"topic {topic}")
                     )
                 if not sources.get(topic):
                     hint = "state the `rate` of that connection, or give --rate"
@@ -272,9 +270,9 @@ class _Reader:
                     )
                     wire.dispatches = wire.dispatches or (joins and topics[0] in joined)
 
-    def _leads(self, write: Callback, read: Callback) -> list[Wire]:
+    def _leads(self, write: Callback, read: Callback) -> list[Message]:
         """The variable passings that lead from one callback to another of its node; none where nothing does."""
-        ways: list[tuple[Callback, list[Wire]]] = [(write, [])]
+        ways: list[tuple[Callback, list[Message]]] = [(write, [])]
         seen = {id(write)}
         while ways:
             at, way = ways.pop(0)
@@ -291,7 +289,7 @@ class _Reader:
     def _named_path(self, path: LocatedValue) -> None:
         name = self.file.needed(path, "path_name")
         steps = list(path["node_chain"])
-        parts: list[Callback | Wire] = []
+        parts: list[Callback | Message] = []
         before = ""
         for number, step in enumerate(steps):
             part = self._step(step, parts, before, is_last=number == len(steps) - 1)
@@ -305,8 +303,8 @@ class _Reader:
         self.found.flows[name] = (path, parts)
 
     def _step(
-        self, step: LocatedValue, so_far: list[Callback | Wire], before: str, *, is_last: bool
-    ) -> list[Callback | Wire] | None:
+        self, step: LocatedValue, so_far: list[Callback | Message], before: str, *, is_last: bool
+    ) -> list[Callback | Message] | None:
         """The callbacks and connections of a path in one node; None where it leads nowhere, with a remark."""
         node, topic = step["node_name"].text, step["publish_topic_name"].text
         leaving = self.published.get((node, topic), []) if topic not in ("", UNDEFINED) else []

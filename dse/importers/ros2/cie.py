@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from dse.importers.registry import Imported
-from dse.importers.ros2.system import CALL_HINT, Callback, Group, System, Wire, Writer
+from dse.importers.ros2.system import CALL_HINT, Callback, Group, Message, System, SystemWriter
 from dse.importers.ros2.yaml_places import LocatedFile, LocatedValue
 
 WHAT = "a configuration of the callback-isolated executor"
@@ -36,7 +36,7 @@ def read(path: Path, options: Mapping[str, Any]) -> Imported:
     file = LocatedFile(path, WHAT)
     system = _system(file)
     file.check()
-    writer = Writer(file, system, options, "callback-isolated executor")
+    writer = SystemWriter(file, system, options, "callback-isolated executor")
     document = writer.document()
     _add_throttling(file, document)
     return Imported(document, tuple(file.remarks), writer.places, writer.entities())
@@ -67,7 +67,7 @@ def _system(file: LocatedFile) -> System:
         system.executors.append((group.name, [group]))
         for one in group.callbacks:
             if one.period_ns is None:
-                system.wires.append(Wire(f"{one.topic}{one.node}", item, None, one, words=f"topic {one.topic}"))
+                system.wires.append(Message(f"{one.topic}{one.node}", item, None, one, words=f"topic {one.topic}"))
     if idle:
         words = "callback groups without a timer or subscription of their own, left out"
         file.remark(file.root["callback_groups"], f"{words}: {idle}")

@@ -14,7 +14,7 @@ from typing import Any
 from dse.importers.registry import Imported
 from dse.importers.ros2.matching import Match, matched, node_of
 from dse.importers.ros2.system import NODE
-from dse.importers.ros2.yaml_places import Names, ros_name
+from dse.importers.ros2.yaml_places import UniqueNames, ros_name
 from dse.support.errors import Diagnostic
 
 SECTIONS = (
@@ -145,7 +145,7 @@ class _Merger:
         self.names["executors"] = dict(self.match.executors)
         self.names["processors"] = dict(self.match.processors)
         self.names["processor_types"] = dict(self.match.processor_types)
-        taken = Names()
+        taken = UniqueNames()
         taken.taken = {name for section in NAMED_TOGETHER for name in ours.get(section) or {}}
         for section in NAMED_TOGETHER:
             for name in theirs.get(section) or {}:
@@ -154,12 +154,12 @@ class _Merger:
                 is_same = name in (ours.get(section) or {}) and section not in ("threads", "connections")
                 is_same = is_same and name not in self.first.made_up & self.second.made_up
                 self.names[section][name] = name if is_same else taken.new(name)
-        types = Names()
+        types = UniqueNames()
         types.taken = {*(ours.get("bus_types") or {})}
         for name in theirs.get("bus_types") or {}:
             if name in self.first.made_up & self.second.made_up:
                 self.names["bus_types"][name] = types.new(name)
-        others = Names()
+        others = UniqueNames()
         others.taken = {*(ours.get("executors") or {})}
         for name in theirs.get("executors") or {}:
             if name not in self.names["executors"] and name not in self.match.left_out_executors:
@@ -205,7 +205,7 @@ class _Merger:
             yield name, {**body, **{key: self.names["threads"][str(heir)] for key, heir in heirs.items()}}
 
     def _flows(self, flows: dict[str, Any]) -> dict[str, Any]:
-        names = Names()
+        names = UniqueNames()
         names.taken = set(flows)
         for name, body in (self.second.document.get("flows") or {}).items():
             path = [self._step(item) for item in body["path"]]

@@ -14,7 +14,7 @@ from typing import Annotated, Any
 
 from dse.importers.ros2.idl import wrong_expressions
 from dse.importers.ros2.packages import package_around
-from dse.importers.ros2.serialised import NOTHING, WIDTHS, Kind, Layout
+from dse.importers.ros2.serialised import NOTHING, WIDTHS, FieldType, WireLayout
 from dse.support.errors import Diagnostic, ProblemError, UsageError, did_you_mean
 from dse.support.extras import needed_for
 from dse.support.files.foreign import reading
@@ -85,12 +85,12 @@ class Types:
         if distribution not in names:
             raise UsageError(f"--distribution {distribution}: there are {', '.join(names)}")
         self.fields = {name: fields for name, (_, fields) in get_typestore(Stores(distribution)).fielddefs.items()}
-        self.layout = Layout(self.fields, is_ros1=distribution.startswith("ros1"))
+        self.layout = WireLayout(self.fields, is_ros1=distribution.startswith("ros1"))
         self.rules: dict[str, tuple[int, int]] = {}
         """The size of each type by the report's rule, and how many messages are within each other in it."""
         self.own: dict[str, tuple[str, str]] = {}
         self.broken: list[Diagnostic] = []
-        """What is wrong with files that are not understood, whatever types they have."""
+        """Mistakes in files that are not understood, whatever types they have."""
         for path in definitions:
             self._read(path)
 
@@ -109,7 +109,7 @@ class Types:
                 self.broken += error.diagnostics
             else:
                 for name, (_, fields) in definitions.items():
-                    self.fields.setdefault(name, fields or [(NOTHING, (Kind.BASE, ("uint8", 0)))])
+                    self.fields.setdefault(name, fields or [(NOTHING, (FieldType.BASE, ("uint8", 0)))])
                     self.own[name] = str(file), text
 
     def check(self, names: Sequence[str]) -> None:
@@ -211,10 +211,10 @@ class Types:
 
     def _rule_of(self, node: Any, above: Sequence[str]) -> tuple[int, int]:
         kind, what = node
-        if kind == Kind.NAME:
+        if kind == FieldType.NAME:
             sizes = self._rule(what, above)
             return (TIME_BYTES, sizes[1]) if what in TIMES else sizes
-        return (BY_RULE[what[0]], 0) if kind == Kind.BASE else self._rule_of(what[0], above)
+        return (BY_RULE[what[0]], 0) if kind == FieldType.BASE else self._rule_of(what[0], above)
 
     def size(self, name: str, lengths: Mapping[str, int], *, largest: bool = False) -> int | None:
         """The serialised size with stated lengths, by path; `largest`: None where something has no bound.
@@ -247,9 +247,9 @@ class Types:
 def _named(node: Any) -> list[str]:
     """The type that a field has, where it is a message."""
     kind, what = node
-    if kind == Kind.NAME:
+    if kind == FieldType.NAME:
         return [what]
-    return [] if kind == Kind.BASE else _named(what[0])
+    return [] if kind == FieldType.BASE else _named(what[0])
 
 
 def _definitions(file: Path, text: str) -> Iterator[tuple[str, Any]]:
@@ -316,9 +316,9 @@ def _parsed(file: Path, text: str, name: str | None, line: int = 1) -> dict[str,
 def _wrong(node: Any) -> str:
     """The reason why a type has no size, or one beyond every limit; "" for a type with a size."""
     kind, what = node
-    if kind == Kind.NAME:
+    if kind == FieldType.NAME:
         return ""
-    if kind == Kind.BASE:
+    if kind == FieldType.BASE:
         name, bound = what
         if name not in BY_RULE:
             return f"the type {name} has no size that is known here"

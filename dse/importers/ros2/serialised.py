@@ -25,12 +25,12 @@ NOTHING = "structure_needs_at_least_one_member"
 MOST_PLACES = 10_000
 """The most strings and sequences that a message has, with those of the messages in it."""
 Node: TypeAlias = Any
-"""A type as rosbags has it: (BASE, (name, bound)), (NAME, name), (ARRAY or SEQUENCE, (node, count)); see `Kind`."""
+"""A type as rosbags has it: (BASE, (name, bound)), (NAME, name), (ARRAY or SEQUENCE, (node, count)); by `FieldType`."""
 Fields: TypeAlias = Mapping[str, Sequence[tuple[str, Node]]]
 """The fields of each type: every type that one of them names is there, and none contains itself."""
 
 
-class Kind(IntEnum):
+class FieldType(IntEnum):
     """The kind of a node in a message type; the numbers are those of rosbags."""
 
     BASE = 1
@@ -47,7 +47,7 @@ class Length(NamedTuple):
     within: tuple[str, ...]
 
 
-class Layout:
+class WireLayout:
     """The positions of fields in serialised messages of given types.
 
     In CDR, as the middlewares of ROS 2 write it, or in the format of ROS 1.
@@ -75,17 +75,17 @@ class Layout:
 
     def _lengths_of(self, node: Node, path: str, within: tuple[str, ...]) -> list[Length]:
         kind, what = node
-        if kind == Kind.NAME:
+        if kind == FieldType.NAME:
             return [
                 Length(f"{path}.{item.path}", item.bound, (*within, *(f"{path}.{above}" for above in item.within)))
                 for item in self.lengths(what)
             ]
-        if kind == Kind.BASE:
+        if kind == FieldType.BASE:
             return [Length(path, what[1], within)] if what[0] == TEXT else []
         inner, bound = what
-        is_sequence = kind == Kind.SEQUENCE
+        is_sequence = kind == FieldType.SEQUENCE
         own = [Length(path, bound, within)] if is_sequence else []
-        place = path if inner[0] == Kind.NAME else f"{path}[]"
+        place = path if inner[0] == FieldType.NAME else f"{path}[]"
         return own + self._lengths_of(inner, place, (*within, path) if is_sequence else within)
 
     def unstated(self, name: str, lengths: Mapping[str, int]) -> list[str]:
@@ -110,10 +110,10 @@ class Layout:
 class _Size:
     """The size of one message."""
 
-    def __init__(self, layout: Layout, lengths: Mapping[str, int], largest: bool) -> None:
+    def __init__(self, layout: WireLayout, lengths: Mapping[str, int], largest: bool) -> None:
         self.layout, self.lengths, self.largest = layout, lengths, largest
         self.known: dict[tuple[str, int], int] = {}
-        """What a message without stated lengths takes, by its type and where it begins."""
+        """The bytes of a message without stated lengths, by its type and its beginning."""
 
     def of(self, name: str) -> int:
         return self._message(name, 0, "") + (0 if self.layout.is_ros1 else 4)
@@ -137,22 +137,22 @@ class _Size:
 
     def _end(self, node: Node, at: int, path: str) -> int:
         kind, what = node
-        if kind == Kind.NAME:
+        if kind == FieldType.NAME:
             return self._message(what, at, f"{path}.")
-        if kind == Kind.BASE:
+        if kind == FieldType.BASE:
             if what[0] != TEXT:
                 return self._aligned(at, WIDTHS[what[0]]) + WIDTHS[what[0]]
             return self._aligned(at, 4) + 4 + self._count(path, what[1]) + (not self.layout.is_ros1)
         inner, count = what
-        if kind == Kind.SEQUENCE:
+        if kind == FieldType.SEQUENCE:
             at, count = self._aligned(at, 4) + 4, self._count(path, count)
-        return self._repeated(inner, count, at, path if inner[0] == Kind.NAME else f"{path}[]")
+        return self._repeated(inner, count, at, path if inner[0] == FieldType.NAME else f"{path}[]")
 
     def _count(self, path: str, bound: int) -> int:
         return self.lengths.get(path, bound if self.largest else 0)
 
     def _repeated(self, node: Node, count: int, at: int, path: str) -> int:
-        """Where the last of so many ends: from where one begins as another did, everything comes again."""
+        """The end of the last of `count` elements: from where one begins as another did, everything comes again."""
         begun: dict[int, tuple[int, int]] = {}
         for number in range(count):
             if at % WIDEST in begun:

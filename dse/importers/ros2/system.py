@@ -8,15 +8,15 @@ from dataclasses import dataclass, field
 from statistics import mean, stdev
 from typing import Any
 
-from dse.importers.registry import Key
+from dse.importers.registry import Imported, Key
 from dse.importers.registry import Place as Found
-from dse.importers.ros2.yaml_places import LocatedFile, LocatedValue, Names, ros_name
+from dse.importers.ros2.yaml_places import LocatedFile, LocatedValue, UniqueNames, ros_name
 from dse.support.errors import UsageError
 from dse.support.units import TimeRange, UnitError, format_duration, format_rate, format_time_range, parse_rate_hz
 
 COMPUTER = "computer"
 NODE = re.compile(r"(/[A-Za-z_]\w*)+")
-"""What the full name of a node is in ROS; one that is none is not kept as such."""
+"""The pattern of a full name of a node in ROS; other names are not kept as such."""
 NO_TIMES = (
     "MISSING: execution times. Threads without `compute_execution_time` count as taking no time: measure them, and "
     "import again with --times, or state them."
@@ -68,7 +68,7 @@ class Group:
 
 
 @dataclass
-class Wire:
+class Message:
     """A message from callback to callback: of a topic, or within a node, where it waits to be read or `dispatches`."""
 
     name: str
@@ -90,8 +90,8 @@ class System:
 
     groups: list[Group] = field(default_factory=list)
     executors: list[tuple[str, list[Group]]] = field(default_factory=list)
-    wires: list[Wire] = field(default_factory=list)
-    flows: dict[str, tuple[LocatedValue, list[Callback | Wire]]] = field(default_factory=dict)
+    wires: list[Message] = field(default_factory=list)
+    flows: dict[str, tuple[LocatedValue, list[Callback | Message]]] = field(default_factory=dict)
     publishes: list[tuple[Callback, str]] = field(default_factory=list)
     cpus: set[int] = field(default_factory=set)
 
@@ -142,14 +142,14 @@ def stated_options(options: Mapping[str, Any]) -> tuple[int | None, str | None]:
         raise UsageError(f"--rate {rate}: {error}") from error
 
 
-class Writer:
+class SystemWriter:
     """Makes the document of a system; `places` tell where its parts come from."""
 
     def __init__(self, file: LocatedFile, system: System, options: Mapping[str, Any], kind: str) -> None:
         self.file, self.system, self.kind = file, system, kind
         self.cores, self.rate = stated_options(options)
         self.places: dict[Key, Found] = {}
-        self.names = Names()
+        self.names = UniqueNames()
         self.names.new(COMPUTER)
         self.threads = {
             id(one): self.names.new(ros_name(one.name)) for group in system.groups for one in group.callbacks
@@ -197,10 +197,14 @@ class Writer:
             )
         return document
 
+    def imported(self) -> Imported:
+        """The document with the remarks on the file, and what its parts are in ROS."""
+        return Imported(self.document(), tuple(self.file.remarks), self.places, self.entities())
+
     def entities(self) -> dict[str, str]:
         """The ROS name of each thread's callback: ``/node@Timer(PERIOD)`` or ``/node@Subscription(/topic)``.
 
-        Names of threads to texts, for matching two descriptions of one system.
+        UniqueNames of threads to texts, for matching two descriptions of one system.
         """
         callbacks = (one for group in self.system.groups for one in group.callbacks)
         return {self.threads[id(one)]: _entity_of(one) for one in callbacks}
@@ -312,14 +316,14 @@ class Writer:
             self._note(wire.place, "connections", name)
             yield name, body
 
-    def _flows(self) -> Iterator[tuple[str, tuple[LocatedValue, list[Callback | Wire]]]]:
-        names = Names()
+    def _flows(self) -> Iterator[tuple[str, tuple[LocatedValue, list[Callback | Message]]]]:
+        names = UniqueNames()
         for name, path in self.system.flows.items():
             yield names.new(ros_name(name)), path
 
-    def _path(self, path: list[Callback | Wire]) -> list[str]:
+    def _path(self, path: list[Callback | Message]) -> list[str]:
         """Threads by name; between two of them the connection where there are several."""
-        return [self.wire_names[id(item)] if isinstance(item, Wire) else self.threads[id(item)] for item in path]
+        return [self.wire_names[id(item)] if isinstance(item, Message) else self.threads[id(item)] for item in path]
 
     def _mapping(self) -> dict[str, Any]:
         """How threads, nodes and groups are called in ROS."""

@@ -15,7 +15,7 @@ from typing import Any
 
 from dse.importers.registry import Imported
 from dse.importers.ros2.events import MOST_NS, Event, events_of
-from dse.importers.ros2.system import Callback, Group, System, Wire, Writer
+from dse.importers.ros2.system import Callback, Group, Message, System, SystemWriter
 from dse.importers.ros2.yaml_places import LocatedFile, LocatedValue
 from dse.support.errors import Diagnostic, ProblemError
 from dse.support.timelimit import in_time
@@ -46,7 +46,7 @@ def read(path: Path, options: Mapping[str, Any]) -> Imported:
         when an option is wrong.
     """
     file, system = _seen(path)
-    writer = Writer(file, system, options, "trace")
+    writer = SystemWriter(file, system, options, "trace")
     document = writer.document()
     document["assumptions"].append(
         "Execution times of the trace go from the beginning of a callback to its end: with what preempted it."
@@ -67,7 +67,7 @@ def read_seen(path: Path) -> list[Callback]:
 
 
 def _seen(path: Path) -> tuple[LocatedFile, System]:
-    seen = Seen()
+    seen = TraceState()
     for event in in_time(events_of(path)):
         seen.take(event)
     seen.check(path)
@@ -87,7 +87,7 @@ class Run:
     threads: set[Any] = field(default_factory=set)
 
 
-class Seen:
+class TraceState:
     """The nodes, callbacks and runs found in the events of a trace, by process and address.
 
     One pass over the events; `system` is asked at the end.
@@ -170,12 +170,14 @@ class Seen:
         self.executors[process, event.fields.get("executor_addr")] = str(event.fields.get("executor_type_name"))
 
     def _callback_group_add_timer(self, event: Event, process: Any) -> None:
-        group = (process, event.fields.get("callback_group_addr"))
-        self.group_of[process, event.fields.get("timer_handle")] = group
+        self._add_to_group(event, process, "timer_handle")
 
     def _callback_group_add_subscription(self, event: Event, process: Any) -> None:
+        self._add_to_group(event, process, "subscription_handle")
+
+    def _add_to_group(self, event: Event, process: Any, handle: str) -> None:
         group = (process, event.fields.get("callback_group_addr"))
-        self.group_of[process, event.fields.get("subscription_handle")] = group
+        self.group_of[process, event.fields.get(handle)] = group
 
     def _callback_start(self, event: Event, process: Any) -> None:
         callback = (process, event.fields.get("callback"))
@@ -313,7 +315,7 @@ class Seen:
             known: list[Callback | None] = [*sources.get(topic, [])]
             for source in known or [None]:
                 ends = f"{source.node if source is not None else ''}{target.node}" if several else ""
-                wire = Wire(f"{topic}{ends}", target.place, source, target, words=f"topic {topic}")
+                wire = Message(f"{topic}{ends}", target.place, source, target, words=f"topic {topic}")
                 if source is None:
                     wire.rate = _rate(self.runs[handle].starts if topic not in outside else outside[topic])
                     if not wire.rate:
@@ -321,24 +323,24 @@ class Seen:
                 system.wires.append(wire)
 
 
-TAKES: Mapping[str, Callable[[Seen, Event, Any], None]] = {
-    "rcl_node_init": Seen._rcl_node_init,
-    "rcl_subscription_init": Seen._rcl_subscription_init,
-    "rclcpp_subscription_init": Seen._rclcpp_subscription_init,
-    "rclcpp_subscription_callback_added": Seen._rclcpp_subscription_callback_added,
-    "rcl_timer_init": Seen._rcl_timer_init,
-    "rclcpp_timer_link_node": Seen._rclcpp_timer_link_node,
-    "rclcpp_timer_callback_added": Seen._rclcpp_timer_callback_added,
-    "rcl_publisher_init": Seen._rcl_publisher_init,
-    "add_callback_group": Seen._add_callback_group,
-    "construct_executor": Seen._construct_executor,
-    "callback_group_add_timer": Seen._callback_group_add_timer,
-    "callback_group_add_subscription": Seen._callback_group_add_subscription,
-    "callback_start": Seen._callback_start,
-    "callback_end": Seen._callback_end,
-    "rcl_publish": Seen._rcl_publish,
+TAKES: Mapping[str, Callable[[TraceState, Event, Any], None]] = {
+    "rcl_node_init": TraceState._rcl_node_init,
+    "rcl_subscription_init": TraceState._rcl_subscription_init,
+    "rclcpp_subscription_init": TraceState._rclcpp_subscription_init,
+    "rclcpp_subscription_callback_added": TraceState._rclcpp_subscription_callback_added,
+    "rcl_timer_init": TraceState._rcl_timer_init,
+    "rclcpp_timer_link_node": TraceState._rclcpp_timer_link_node,
+    "rclcpp_timer_callback_added": TraceState._rclcpp_timer_callback_added,
+    "rcl_publisher_init": TraceState._rcl_publisher_init,
+    "add_callback_group": TraceState._add_callback_group,
+    "construct_executor": TraceState._construct_executor,
+    "callback_group_add_timer": TraceState._callback_group_add_timer,
+    "callback_group_add_subscription": TraceState._callback_group_add_subscription,
+    "callback_start": TraceState._callback_start,
+    "callback_end": TraceState._callback_end,
+    "rcl_publish": TraceState._rcl_publish,
 }
-"""What is noted of an event, by its name."""
+"""The methods that note events, by the name of the event."""
 
 
 def _rate(times: array[int]) -> str:

@@ -10,12 +10,12 @@ import yaml
 
 from dse.support.errors import Diagnostic, ProblemError
 from dse.support.files.reading import UnreadableFileError, read_text
-from dse.support.timelimit import Work
+from dse.support.timelimit import StepCounter
 
 MOST_BYTES = 64_000_000
 DEEPEST = 40
 MOST_VALUES = 1_000_000
-"""A file has at most so many values."""
+"""The greatest number of values in a file."""
 NULL = "tag:yaml.org,2002:null"
 NULLS = ("", "~", "null", "Null", "NULL")
 
@@ -181,7 +181,7 @@ class LocatedFile:
 
 def _events(text: str) -> Iterator[Any]:
     """The events of the parser, with looks at the clock."""
-    work = Work()
+    work = StepCounter()
     for event in yaml.parse(text, Loader=getattr(yaml, "CSafeLoader", yaml.SafeLoader)):
         work.go_on()
         yield event
@@ -197,7 +197,7 @@ def ros_name(text: str) -> str:
     return {"": "root", "none": "none_"}.get(name, name)
 
 
-class Names:
+class UniqueNames:
     """Names that differ: a second one gets a number."""
 
     def __init__(self) -> None:

@@ -37,7 +37,7 @@ T = TypeVar("T")
 
 
 @dataclass(frozen=True)
-class Settings:
+class StudySettings:
     """The swing of bars without stated ranges, and the sampling of uncertain inputs.
 
     `front` asks for the chance of each alternative.
@@ -105,7 +105,7 @@ def sensitivity(
     """
     limit = arguments.time_limit(time_limit_s)
     texts = decisions_as_texts(design)
-    settings = Settings(Fraction(swing).limit_denominator(10**9), samples, seed, front)
+    settings = StudySettings(Fraction(swing).limit_denominator(10**9), samples, seed, front)
     with until(limit):
         return sensitivity_asked(load(problem).ask(**question), texts, settings)
 
@@ -113,7 +113,7 @@ def sensitivity(
 def sensitivity_asked(
     problem: Problem,
     texts: Sequence[str],
-    settings: Settings,
+    settings: StudySettings,
     say: Callable[[str], None] | None = None,
 ) -> SensitivityResult:
     """`sensitivity` with its settings in one, as far as the time limit admits; `say` is called with the progress.
@@ -221,7 +221,7 @@ def _uncertain(
     inputs: InputSpace,
     function: DesignFunction,
     uncertain: Sequence[Uncertain],
-    settings: Settings,
+    settings: StudySettings,
     tell: Callable[[str], None],
     part: _Parts,
 ) -> UncertainResult:

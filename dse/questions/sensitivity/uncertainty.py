@@ -23,7 +23,7 @@ from dse.support.units.text import count_words
 MIDDLE = 0.95
 """The share of its values over which an input without bounds is said to have its effect."""
 DEVIATIONS = 3
-"""Within so many deviations of its mean every value of an input without bounds counts for a robust front."""
+"""Half the width of the interval of an input without bounds in a robust front, in standard deviations of its mean."""
 Quantile = Callable[[Any], Any]
 
 

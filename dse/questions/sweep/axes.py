@@ -199,12 +199,12 @@ def _limited(name: str, requirements: Sequence[Requirement]) -> tuple[str, tuple
     return " ".join(name.split()), metrics, worst_of(" ".join(name.split()), metrics, requirements[0].operator)
 
 
-def limit_requirements(axis: LimitAxis, limit: Quantity, operator: Any, text: str) -> tuple[Requirement, ...]:
+def limit_requirements(axis: LimitAxis, limit: Quantity, operator: Any) -> tuple[Requirement, ...]:
     """The axis' metrics against a limit, strictly or not.
 
-    A `Requirement` for each metric of the axis; `operator` is one of ``<= < >= >``, `text` what reports show.
+    A `Requirement` for each metric of the axis; `operator` is one of ``<= < >= >``.
     """
-    return tuple(Requirement(text, metric, operator, limit, ORIGIN) for metric in axis.metrics)
+    return tuple(Requirement("", metric, operator, limit, ORIGIN) for metric in axis.metrics)
 
 
 # --- inputs -------------------------------------------------------------------------------------------------------

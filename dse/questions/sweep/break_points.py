@@ -127,7 +127,7 @@ def _share_of_load(space: Space, axis: LimitAxis) -> Measure | None:
     """
     measure = build_measure(space, axis.metric)
     whole = Quantity(Fraction(PPM), DIMENSIONLESS, "ppm")
-    bound = build_limit(space, limit_requirements(axis, whole, axis.operator, "")[0]).bound
+    bound = build_limit(space, limit_requirements(axis, whole, axis.operator)[0]).bound
     cases = tabulate(space, lambda view: PPM * PPM / bound(view), MANY_CASES)
     if cases is None or measure.rounded or any(item.metric == axis.metric for item in space.objectives):
         return None
@@ -183,7 +183,7 @@ class _LimitSweep:
     def _needed_share(self, design: Design) -> Fraction:
         """The tightest share that the design keeps, in ppm."""
         whole = Quantity(Fraction(1), DIMENSIONLESS, "%")
-        limits = limit_requirements(self.axis, whole, self.axis.operator, "")
+        limits = limit_requirements(self.axis, whole, self.axis.operator)
         shares = [needed_share(build_limit(self.space, item), View(design))[0] for item in limits]
         return (max(shares) if self.sign > 0 else min(shares)) * self.factor
 
@@ -204,7 +204,7 @@ class _LimitSweep:
     def _front(self, limit: Fraction, operator: str, objective: Objective) -> list[Row] | None:
         """Vector of the rest and design of each point of the front of (rest, metric); None when it was stopped."""
         quantity = Quantity(limit / self.factor, self.dimension, "")
-        space = limited(self.space, limit_requirements(self.axis, quantity, operator, ""))
+        space = limited(self.space, limit_requirements(self.axis, quantity, operator))
         own = [item.metric for item in space.objectives]
         if objective.metric not in own:
             space = with_open_cores(replace(space, objectives=(*space.objectives, objective)))

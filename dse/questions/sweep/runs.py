@@ -14,7 +14,7 @@ from dse.answers.forms.codec import written
 from dse.answers.forms.consistency import mistakes_in_outcome
 from dse.answers.studies.run_data import Failure
 from dse.questions.problem import changed, loads
-from dse.questions.question import Changes
+from dse.questions.question import QuestionChanges
 from dse.questions.sweep.axes import LimitAxis, limited, read_limit_axis
 from dse.questions.sweep.break_points import break_points
 from dse.questions.sweep.fronts import front_outcome
@@ -49,7 +49,7 @@ class SweepPoint:
 
 def make_payload(
     data: Mapping[str, Any],
-    changes: Changes,
+    changes: QuestionChanges,
     limits: Sequence[tuple[str, str]],
     exact: tuple[str, str] | None,
     seed: int,
@@ -110,7 +110,7 @@ def solve_payload(payload: str, semantics: str) -> str:
 def _effective_space(content: Mapping[str, Any]) -> Space:
     """The space that a run is about."""
     stated = content["changes"]
-    changes = Changes(**{**stated, "limits": [tuple(item) for item in stated["limits"]]})
+    changes = QuestionChanges(**{**stated, "limits": [tuple(item) for item in stated["limits"]]})
     space = changed(loads(content["problem"], "effective problem"), changes).space
     for metric, values in content["limits"]:
         axis = read_limit_axis(space, metric, values)

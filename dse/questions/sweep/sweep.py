@@ -13,7 +13,7 @@ from dse.analysis.diagnosis.front_verdicts import leaves_out_buses
 from dse.answers.contention_verdicts import basis_dict
 from dse.answers.studies.sweep import RANKING, SweepRanking, SweepResult, SweepRun, VariedAxis, rank_together
 from dse.questions.problem import Problem, Source, load
-from dse.questions.question import Changes, Question
+from dse.questions.question import Question, QuestionChanges
 from dse.questions.sweep.axes import Axis, InputAxis, LimitAxis, grid_points, read_axis
 from dse.questions.sweep.cluster import run_on_cluster
 from dse.questions.sweep.fronts import check_objectives
@@ -337,7 +337,7 @@ def _labels(axes: Sequence[Axis], run: SweepPoint) -> tuple[str, ...]:
     return tuple(axis.labels[number] for axis, number in zip(grid, run.point, strict=True))
 
 
-def _shown(changes: Changes) -> dict[str, object]:
+def _shown(changes: QuestionChanges) -> dict[str, object]:
     """The caller's changes as data."""
     shown: dict[str, object] = {
         "limits": [list(item) for item in changes.limits],

@@ -31,7 +31,7 @@ from dse.support.errors import EXIT_COMPLETE, EXIT_INVALID, TooLargeError
 from dse.support.json_fields import Data, Json, Of, Unit
 from dse.support.timelimit import OutOfTime, TimeLimit, look_at_the_clock, until
 from dse.support.units import TimeRange
-from dse.support.units.text import count_words, writable
+from dse.support.units.text import count_words, first_of, writable
 
 if TYPE_CHECKING:
     import pandas
@@ -381,7 +381,7 @@ def _uncounted_changes(space: Space) -> Iterator[str]:
             if item.is_open and index not in counted and index < space.first_open
         ]
         if left:
-            names = ", ".join(left[:MOST_NAMES]) + (f" and {len(left) - MOST_NAMES} more" if left[MOST_NAMES:] else "")
+            names = first_of(left, MOST_NAMES)
             yield f"the baseline leaves {names} open: what a design chooses there is not counted as a change"
     for index in space.cost_of_change:
         item = space.decisions[index]

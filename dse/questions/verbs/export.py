@@ -17,15 +17,15 @@ from dse.analysis.views import View
 from dse.answers.analysis import analyse_design
 from dse.answers.designs import FurtherDesign, Point
 from dse.answers.drawing.picture import Drafter
-from dse.answers.exports.aadl.chosen import ChosenModel, Side
-from dse.answers.exports.aadl.whole import WholeModel
+from dse.answers.exports.aadl.extension import ChosenModel, Side
+from dse.answers.exports.aadl.model import WholeModel
 from dse.answers.exports.cie import cie_configuration
 from dse.answers.exports.dbc import can_database
 from dse.answers.exports.formats import graphml, graphviz, pinning_table, ros2_parameters
 from dse.answers.exports.problem_file import fixed_problem, without
 from dse.answers.result import Result
 from dse.importers.aadl.document.implementations import Subsystem, replacement, subsystems, with_implementations
-from dse.importers.aadl.document.problem import Writer
+from dse.importers.aadl.document.problem import ProblemWriter
 from dse.importers.aadl.instance.model import InstanceModel as AadlModel
 from dse.importers.aadl.instance.model import read_model
 from dse.importers.registry import YAML, is_model
@@ -263,7 +263,7 @@ def _chosen(result: Result, design: Design, title: str, imported: Imported, resp
     if taken:
         names = {item.name: item.classifiers[0] for item in taken}
         model = with_implementations(model, taken, names, path, options)
-    writer = Writer(model, path, options)
+    writer = ProblemWriter(model, path, options)
     writer.document()
     base = _base(path, imported, taken)
     before, chosen = Side(base, complete_design(base, {})), Side(result.space, design)

@@ -21,7 +21,7 @@ from dse.importers.ros2.matching import entities_of, node_of
 from dse.importers.ros2.merging import merged
 from dse.questions.verbs.import_times import TRACE, is_trace
 from dse.spec.loading.load import load_spec
-from dse.spec.loading.recognising import is_problem
+from dse.spec.loading.recognition import is_problem
 from dse.spec.loading.writing import block_text
 from dse.support import arguments
 from dse.support.errors import Diagnostic, UsageError

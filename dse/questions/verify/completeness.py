@@ -10,7 +10,7 @@ from dse.answers.result import decisions_of
 from dse.questions.verify.points import Bench
 from dse.space.model.space import Design
 from dse.support.errors import UsageError
-from dse.support.units.text import count_words
+from dse.support.units.text import count_words, first_of
 from dse.verification.diagrams import TooLarge
 from dse.verification.exhaustion import TooMany
 from dse.verification.geometry import Bound, inside, uncovered
@@ -263,9 +263,8 @@ def _check_first_designs(bench: Bench, prover: Prover) -> None:
         aside = f", {prover.left_aside} left aside" if prover.left_aside else ""
         bench.checked.append(f"{count_words(count, 'point')} {shown} objectives{aside}")
     if silent:
-        named = ", ".join(f"#{number}" for number in silent[:MOST_NAMED])
-        more = f" and {len(silent) - MOST_NAMED} more" if len(silent) > MOST_NAMED else ""
+        named = first_of([f"#{number}" for number in silent], MOST_NAMED)
         bench.remarks.append(
             f"not claimed (`is_first: false`), and not looked at: that the design shown is the first of those with the "
-            f"objectives of {named}{more}"
+            f"objectives of {named}"
         )

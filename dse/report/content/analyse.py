@@ -19,12 +19,11 @@ from dse.report.plots.design import usage_chart, usage_records, waterfall, water
 from dse.report.words.basis import basis_words, counting_words, scale_words
 from dse.report.words.clocks import boundary_blocks
 from dse.report.words.contention import (
-    bound_words,
     bus_words,
     contended_words,
     core_words,
-    overhead_words,
     processing_words,
+    response_time_words,
 )
 from dse.report.words.messages import bus_timelines, message_tables
 from dse.report.words.reasons import CHAINED, EMPTY_SLOT, GAPS, OTHER_TYPE, REDUCED
@@ -163,24 +162,16 @@ def _is_used(usage: Usage) -> bool:
 def _fullness(usage: Usage) -> Fraction:
     """How much of a processor's fullest core, or of a bus, is used."""
     assert usage.capacity is not None
-    loads = _core_loads(usage)
+    loads = usage.core_loads
     busy = usage.busy_total or Fraction(0)
     return max(loads.values()) / PPM if loads else max(usage.total / usage.capacity, busy / PPM)
-
-
-def _core_loads(usage: Usage) -> dict[int, Fraction]:
-    """The load of each core of a processor with several cores on which threads run, in ppm."""
-    loads: dict[int, Fraction] = {}
-    for who, core in usage.cores.items():
-        loads[core] = loads.get(core, Fraction(0)) + usage.shares[who]
-    return loads
 
 
 def _processor_words(usage: Usage) -> str:
     """``computer (soc_high) 231.9 % of 400 % (4 cores), 60.2 % of core 1, the fullest``."""
     assert usage.capacity is not None
     said = f"{usage.name} ({usage.type}) {readable(usage.total, 'ppm')} {of_cores(usage.capacity)}"
-    loads = _core_loads(usage)
+    loads = usage.core_loads
     fullest = max(loads, key=lambda core: loads[core], default=None)
     return said if fullest is None else f"{said}, {readable(loads[fullest], 'ppm')} of core {fullest}, the fullest"
 
@@ -235,8 +226,7 @@ def _usage(analysis: Analysis) -> Iterator[Block]:
     yield from busy_timelines(analysis.responses)
     yield from bus_timelines(analysis.messages)
     if analysis.responses:
-        counted = overhead_words(analysis.space, analysis.design), bound_words(analysis.space, analysis.design)
-        yield from texts(" ".join(filter(None, counted)))
+        yield from texts(response_time_words(analysis.space, analysis.design))
 
 
 def flow_table(flow: FlowTable) -> Table:

@@ -1,4 +1,4 @@
-"""What `dse check` says, as a page; apart from the other reports, whose imports it does not need."""
+"""The page of `dse check`; apart from the other reports, whose imports it does not need."""
 
 from __future__ import annotations
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
-from dse.answers.comparison import DesignComparison, Line, PointComparison, ResultComparison
+from dse.answers.comparison import ComparedLine, DesignComparison, PointComparison, ResultComparison
 from dse.answers.result import Result
 from dse.answers.tables.display import counted
 from dse.report.amounts import amount_words, listed
@@ -85,12 +85,12 @@ def _preference(comparison: DesignComparison) -> str:
     return f"{who} dominates {'A' if better else 'B'}: it has {listed(gains)}{rest}"
 
 
-def _moves(line: Line) -> bool:
+def _moves(line: ComparedLine) -> bool:
     """Whether a metric differs, or has no comparable difference."""
     return line.difference is None or bool(line.difference)
 
 
-def _metrics(title: str, comparison: DesignComparison, lines: Sequence[Line]) -> Table:
+def _metrics(title: str, comparison: DesignComparison, lines: Sequence[ComparedLine]) -> Table:
     rows = []
     for line in lines:
         pairs = zip((line.one, line.other), comparison.currencies, strict=True)
@@ -148,7 +148,7 @@ def _if_any(table: Table) -> list[Block]:
 
 
 def _texts(
-    title: str, heading: str, names: tuple[str, str], lines: Sequence[Line], *, brief: int | None = None
+    title: str, heading: str, names: tuple[str, str], lines: Sequence[ComparedLine], *, brief: int | None = None
 ) -> Table:
     rows = []
     for line in lines:
@@ -157,7 +157,7 @@ def _texts(
     return Table(title, (heading, *names), tuple(rows), brief=brief, rest="and {} more (--all)")
 
 
-def _difference(line: Line, currency: str) -> str:
+def _difference(line: ComparedLine, currency: str) -> str:
     change = line.difference
     if is_unbounded(change):
         return "-"

@@ -24,7 +24,7 @@ from dse.report.words.reasons import exclusion_words
 from dse.space.question.open_cores import is_scheduled
 from dse.space.question.settings import ORIGIN
 from dse.support.units import format_duration, format_number, format_ratio
-from dse.support.units.text import count_words
+from dse.support.units.text import count_words, first_of
 
 DIGITS = 6
 MOST_DECISIONS = 24
@@ -41,7 +41,7 @@ FOLLOWS = (
     "Late threads and flows that follow from an overloaded processor were not searched: relax the overload first, or "
     "use `dse explain --all`."
 )
-"""What is said where threads need more than there is of a processor."""
+"""The sentence where threads need more than a processor has."""
 REACHED = {"<=": "with {}", "<": "above {}", ">=": "with {}", ">": "below {}", "==": "with {}"}
 """Where a requirement leaves a design, by its operator: at the closest limit and on which side of it."""
 
@@ -331,8 +331,7 @@ def _tell_designs(say: _Teller, explanation: Explanation) -> None:
 def _decisions(design: Mapping[str, str], names: Sequence[str]) -> str:
     """Some decisions of a design, those that are active; the first of many."""
     texts = [f"{name.removesuffix('.type')} {design[name]}" for name in names if name in design]
-    more = len(texts) - MOST_DECISIONS
-    return ", ".join(texts[:MOST_DECISIONS]) + (f" and {more} more (--json has all)" if more > 0 else "")
+    return first_of(texts, MOST_DECISIONS, " (--json has all)")
 
 
 def _letters(number: int) -> str:
@@ -346,7 +345,7 @@ def _letters(number: int) -> str:
 
 
 def _of_core(who: str) -> str:
-    """Of what a thread needs so much; a core needs it of itself."""
+    """The words "of one core" behind what a thread needs; empty for what a core needs of itself."""
     return "" if who == FULLEST or who.startswith("core ") else " of one core"
 
 
@@ -354,7 +353,7 @@ def _of_core(who: str) -> str:
 
 
 Bounds: TypeAlias = Mapping[tuple[str, str], Impossible]
-"""What no design can have less (or more) of, by text and place of the requirement."""
+"""Bounds that no design can pass, by text and place of the requirement."""
 MOST_PARTS = 6
 """The greatest number of parts of a figure that are told; the largest."""
 
@@ -460,7 +459,7 @@ def _conflict_words(result: Result) -> Iterator[tuple[str, tuple[str, ...]]]:
 
 
 def _bounds(result: Result) -> Bounds:
-    """What no design can have less (or more) of, of those requirements that are a conflict by themselves."""
+    """Bounds that no design can pass, of those requirements that are a conflict by themselves."""
     alone = [(item.members[0].text, item.members[0].origin) for item in result.conflicts if len(item.members) == 1]
     named = [item for item in result.space.requirements if (item.text, item.origin) in alone]
     return _bounds_of(impossible([build_limit(result.space, item) for item in named], Ends(result.space)))

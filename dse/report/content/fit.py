@@ -1,4 +1,4 @@
-"""What was fitted, as a page."""
+"""The page of `dse fit`."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ from dse.report.page import Block, Page, Section, Table, listing, texts
 from dse.report.plots.fit import execution_plot, transport_plots
 from dse.support.units import TimeRange, format_duration, format_time_range
 from dse.support.units.parse import whole
+from dse.support.units.text import first_of
 
 NO_BOUND = "The greatest of what was measured is no bound of what can happen: state more where there is a reason to."
 METHODS = {
@@ -58,9 +59,7 @@ def fit_page(fit: Fit) -> Page:
 def _use(fit: Fit) -> Iterator[Block]:
     yield from texts(NO_BOUND, tone="strong")
     if fit.unused:
-        rest = len(fit.unused) - MOST_UNUSED
-        shown = ", ".join(fit.unused[:MOST_UNUSED]) + (f" and {rest} more" if rest > 0 else "")
-        yield from texts(f"Columns that were not used: {shown}.")
+        yield from texts(f"Columns that were not used: {first_of(fit.unused, MOST_UNUSED)}.")
 
 
 def _transports(fit: Fit) -> Iterator[Block]:

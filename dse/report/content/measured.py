@@ -11,7 +11,7 @@ from dse.answers.tables.display import counted, display_unit
 from dse.report.amounts import amount_words
 from dse.report.page import Block, Page, Plot, Section, Table, Tone, listing, texts
 from dse.report.plots.canvas import Drawing
-from dse.report.plots.charts import Bar, Row, rows_chart
+from dse.report.plots.charts import ChartBar, ChartRow, rows_chart
 from dse.report.words.basis import scale_of
 from dse.support.units import is_unbounded
 
@@ -136,7 +136,7 @@ def _range(low: Fraction, high: Fraction, unit: str, currency: str = "EUR") -> s
 
 
 def _margin(item: Kept, at: int, currency: str) -> str:
-    """The slack; of a share also what it is of, where that is not the stated limit but so much of several cores."""
+    """The slack; of a share also what it is a share of, where that is the capacity of several cores."""
     slack, value = item.slacks[at], item.values[at]
     if is_unbounded(slack):
         return "-"
@@ -164,12 +164,12 @@ def _ranges(items: tuple[Prediction, ...], currency: str) -> Drawing:
         bars = (
             []
             if low is None or high is None
-            else [Bar(low, high, "f-c1 pale", f"predicted {low:g} to {high:g} {unit}")]
+            else [ChartBar(low, high, "f-c1 pale", f"predicted {low:g} to {high:g} {unit}")]
         )
         if least is not None and most is not None:
-            bars.append(Bar(least, most, "f-c2", f"measured {least:g} to {most:g} {unit}", height=3))
+            bars.append(ChartBar(least, most, "f-c2", f"measured {least:g} to {most:g} {unit}", height=3))
         mean = None if item.seen.mean is None else float(item.seen.mean / factor)
         marks = () if mean is None else ((mean, "l-c2 two", f"mean {mean:g} {unit}"),)
-        rows.append(Row(item.name, tuple(bars), marks))
+        rows.append(ChartRow(item.name, tuple(bars), marks))
     words = "Predicted and measured ranges of each metric, with the mean of what was measured."
     return rows_chart(rows, f"predicted (bar), measured (line, mean) [{unit}]", words)

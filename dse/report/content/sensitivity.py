@@ -19,7 +19,7 @@ from dse.report.plots.study import shares, tornado
 from dse.report.words.basis import scale_of
 from dse.report.words.contention import study_counting_words
 from dse.support.units import is_unbounded
-from dse.support.units.text import count_words
+from dse.support.units.text import count_words, first_of
 
 SHOWN_BARS = 12
 BRIEF_BARS = 8
@@ -240,13 +240,13 @@ def _tornado_table(metric: str, bars: Sequence[Data], currency: str) -> Table:
 
 
 def _uncertain_sections(uncertainty: Data, currency: str) -> Iterator[Section]:
-    yield Section("uncertainty", "Uncertain inputs", tuple(_uncertain_blocks(uncertainty, currency)))
+    yield Section("uncertainty", "Uncertain inputs", tuple(_uncertain_blocks(uncertainty)))
     indices = tuple(_index_blocks(uncertainty, currency))
     if indices:
         yield Section("variance", "What explains how much of the variance", indices, is_detail=True)
 
 
-def _uncertain_blocks(uncertainty: Data, currency: str) -> Iterator[Block]:
+def _uncertain_blocks(uncertainty: Data) -> Iterator[Block]:
     one = uncertainty["design"]
     error = f", standard error {one['standard_error']:.2%}" if 0 < one["all_met"] < 1 else ""
     stated = tuple(uncertainty["inputs"].items())
@@ -340,8 +340,7 @@ def _blocks(data: Data, *, is_brief: bool) -> Iterator[Block]:
     )
     if is_brief:
         named = [f"{path} ({stated})" for path, stated in robust["inputs"].items()]
-        more = f" and {len(named) - NAMED} more (--explain)" if len(named) > NAMED else ""
-        yield from texts(f"What may vary: {', '.join(named[:NAMED])}{more}.")
+        yield from texts(f"What may vary: {first_of(named, NAMED, ' (--explain)')}.")
     else:
         yield Table("What may vary", ("input", "what is stated"), tuple(robust["inputs"].items()))
     prices = []

@@ -31,7 +31,7 @@ BEST = "Best choice: the first of the front under that limit, closest to the ide
 TOLD = 180
 """Letters of a design below a table: two lines."""
 KEPT: Data = {"status": "kept"}
-"""What is said of designs that are not judged: results of earlier versions."""
+"""The words for designs without a verdict: results of earlier versions."""
 UNSOLVED = {"invalid": "made no valid problem", "open": "not solved", "incomplete": "stopped early"}
 
 

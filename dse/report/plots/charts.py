@@ -22,7 +22,7 @@ MOST_LETTERS = int(NARROW / LETTER)
 
 
 @dataclass(frozen=True)
-class Bar:
+class ChartBar:
     """A part of a row from `low` to `high`; `look` is a list of classes, `name` is written on it if there is room."""
 
     low: float
@@ -34,16 +34,16 @@ class Bar:
 
 
 @dataclass(frozen=True)
-class Row:
+class ChartRow:
     """A row of a plot: its title above it, its bars, and marks across them as (where, classes, tip)."""
 
     title: str
-    bars: tuple[Bar, ...]
+    bars: tuple[ChartBar, ...]
     marks: tuple[tuple[float, str, str], ...] = ()
 
 
 def rows_chart(
-    rows: Sequence[Row],
+    rows: Sequence[ChartRow],
     across: str,
     description: str,
     *,

@@ -12,7 +12,7 @@ from dse.answers.tables.display import counted
 from dse.report.amounts import shortened
 from dse.report.page import Plot
 from dse.report.plots.canvas import Drawing
-from dse.report.plots.charts import Bar, Row, rows_chart
+from dse.report.plots.charts import ChartBar, ChartRow, rows_chart
 
 CAPTION = (
     "Worst response times, in % of the deadline, where the grey track ends; what is nearest to its deadline first. "
@@ -67,11 +67,11 @@ def deadline_chart(records: Sequence[Mapping[str, Any]]) -> Drawing:
     Late ones are highlighted; the axis is in % of the deadline, so that different deadlines compare.
     """
     rows = [
-        Row(
+        ChartRow(
             record["title"],
             (
-                Bar(0.0, record["deadline"], "f-soft faint"),
-                Bar(
+                ChartBar(0.0, record["deadline"], "f-soft faint"),
+                ChartBar(
                     0.0,
                     record["end"],
                     "f-accent" if record["late"] else "f-c1",

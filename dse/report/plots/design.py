@@ -12,7 +12,7 @@ from dse.answers.analysis import FlowTable, Usage
 from dse.answers.tables.display import counted, readable
 from dse.report.amounts import shortened
 from dse.report.plots.canvas import Drawing
-from dse.report.plots.charts import Bar, Row, rows_chart
+from dse.report.plots.charts import ChartBar, ChartRow, rows_chart
 from dse.support.units import Exact, is_unbounded
 
 METHODS = (
@@ -47,8 +47,8 @@ def waterfall_records(table: FlowTable) -> list[dict[str, Any]]:
             "row": number,
             "label": row.contributor,
             "method": row.max_method if row.max_method in METHODS else "other",
-            "min_ns": _drawn(row.min_ns),
-            "max_ns": _drawn(row.min_ns if is_unbounded(row.max_ns) else row.max_ns),
+            "min_ns": drawn_ns(row.min_ns),
+            "max_ns": drawn_ns(row.min_ns if is_unbounded(row.max_ns) else row.max_ns),
             "text": text,
         }
         short = _name_beside(row.contributor, text)
@@ -56,7 +56,7 @@ def waterfall_records(table: FlowTable) -> list[dict[str, Any]]:
     return records
 
 
-def _drawn(value_ns: Exact) -> int | float:
+def drawn_ns(value_ns: Exact) -> int | float:
     """A time as a length in a drawing, which knows no fractions; its text is exact."""
     return int(value_ns) if value_ns == int(value_ns) else float(value_ns)
 
@@ -77,8 +77,8 @@ def waterfall(table: FlowTable, records: Sequence[Mapping[str, Any]]) -> Drawing
         ends = [(start + record[key]) / 1e6 for key in ("min_ns", "max_ns")]
         look = f"f-{COLOURS[METHODS.index(record['method'])]}"
         tip = f"{record['label']}, {record['method']}: {record['text']}"
-        bars = (Bar(start / 1e6, ends[1], f"{look} pale", tip), Bar(start / 1e6, ends[0], look, tip))
-        rows.append(Row(f"{record.get('short', record['label'])} · {record['text']}", bars))
+        bars = (ChartBar(start / 1e6, ends[1], f"{look} pale", tip), ChartBar(start / 1e6, ends[0], look, tip))
+        rows.append(ChartRow(f"{record.get('short', record['label'])} · {record['text']}", bars))
         start += record["max_ns"]
     legend = [
         (method, colour)
@@ -164,10 +164,10 @@ def usage_chart(records: Sequence[Mapping[str, Any]]) -> Drawing:
         for number, record in enumerate(here):
             start, end = end, end + record["share"]
             tip, look = f"{name}, {record['part']}: {record['text']}", "f-c1 pale" if number % 2 else "f-c1"
-            bars.append(Bar(start, end, look, tip, record["part"]))
+            bars.append(ChartBar(start, end, look, tip, record["part"]))
         limit = here[0]["limit"]
         marks = () if limit is None else ((limit, "l-accent three", f"limit {limit:g} %"),)
-        rows.append(Row(here[0]["title"], tuple(bars), marks))
+        rows.append(ChartRow(here[0]["title"], tuple(bars), marks))
     most = max([100.0, *(bar.high for row in rows for bar in row.bars)])
     across = "used, in % of the core or the bandwidth"
     words = f"Use of {', '.join(dict.fromkeys(record['name'] for record in records))} against the limits."

@@ -13,7 +13,7 @@ from dse.fitting.fitted import Execution, Transport
 from dse.fitting.measurements import Summary
 from dse.report.page import Plot
 from dse.report.plots.canvas import Drawing
-from dse.report.plots.charts import Bar, Row, Series, plane_chart, rows_chart
+from dse.report.plots.charts import ChartBar, ChartRow, Series, plane_chart, rows_chart
 
 MOST_POINTS = 4000
 """The greatest number of samples that are drawn for a plot: an even choice of them, with least and greatest always."""
@@ -108,8 +108,8 @@ def _ranges(executions: tuple[Execution, ...]) -> Drawing:
     for item in executions:
         low, high = _ms(item.summary.min_ns), _ms(item.summary.max_ns)
         mean = None if item.summary.mean_ns is None else _ms(item.summary.mean_ns)
-        bar = Bar(low, high, "f-c1 pale", f"{item.where}: {low:.6g} to {high:.6g} ms")
+        bar = ChartBar(low, high, "f-c1 pale", f"{item.where}: {low:.6g} to {high:.6g} ms")
         marks = () if mean is None else ((mean, "l-accent two", f"mean {mean:.6g} ms"),)
-        rows.append(Row(item.where, (bar,), marks))
+        rows.append(ChartRow(item.where, (bar,), marks))
     words = "Execution times of each thread on each platform: least to greatest, and the mean."
     return rows_chart(rows, "execution time [ms]", words, thickness=8)

@@ -14,7 +14,7 @@ from typing import Any
 from dse.answers.ranking.variants import varying
 from dse.answers.result import ObjectiveInfo, Result
 from dse.answers.tables.display import counted, display_unit, titled
-from dse.report.amounts import shortened
+from dse.report.amounts import number_of, shortened
 from dse.report.plots.canvas import LETTER, RIGHT, WIDTH, Canvas, Drawing, Scale, scale_of, title_height
 from dse.support.units import is_unbounded
 
@@ -24,6 +24,23 @@ TITLE_WIDTH = 40
 """Letters in a line of an axis' title: as many as a phone has room for."""
 EDGE = 0.4
 """How far beyond the front the baseline is drawn at most, as a share of the front's range."""
+
+
+def drawn_figures(result: Result, values: Mapping[str, int]) -> dict[str, Any]:
+    """A design's objectives as the plots draw them: for objective k the readable value ``o<k>`` and its text ``t<k>``.
+
+    `values` are the objectives in counting units, by name.
+    """
+    record: dict[str, Any] = {}
+    for axis, info in enumerate(result.objectives):
+        record |= drawn_figure(axis, info, values[info.name], result.space.currency)
+    return record
+
+
+def drawn_figure(axis: int, info: ObjectiveInfo, value: int, currency: str) -> dict[str, Any]:
+    """One objective of a design as the plots draw it; the value is None where it is unbounded."""
+    number = number_of(value, info.unit, currency)
+    return {f"o{axis}": number, f"t{axis}": counted(value, info.unit, currency)}
 
 
 def front_records(result: Result) -> list[dict[str, Any]]:
@@ -43,7 +60,6 @@ def front_records(result: Result) -> list[dict[str, Any]]:
     ]
     for axis, info in enumerate(result.objectives):
         values = [point.objectives[info.name] for point in result.front]
-        factor, _ = display_unit(info.unit, result.space.currency)
         bounded = [value for value in values if not is_unbounded(value)]
         low, high = min(bounded, default=0), max(bounded, default=0)
         classes = _classes(values, info, result.space.currency)
@@ -51,8 +67,7 @@ def front_records(result: Result) -> list[dict[str, Any]]:
             place = Fraction(min(value, high) - low, high - low) if high > low else Fraction(info.sense == "maximise")
             if is_unbounded(value):
                 place = Fraction(1)
-            record[f"o{axis}"] = None if is_unbounded(value) else float(value / factor)
-            record[f"t{axis}"] = counted(value, info.unit, result.space.currency)
+            record |= drawn_figure(axis, info, value, result.space.currency)
             record[f"n{axis}"] = float(place if info.sense == "maximise" else 1 - place)
             record[f"q{axis}"] = classes[value]
     return records

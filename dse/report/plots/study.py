@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from dse.report.plots.canvas import Drawing
-from dse.report.plots.charts import Bar, Row, Series, plane_chart, rows_chart
+from dse.report.plots.charts import ChartBar, ChartRow, Series, plane_chart, rows_chart
 
 COLOURS = ("c1", "c2", "c3", "c4", "c5", "c6")
 """The colours of lines; where there are more lines they are drawn alike."""
@@ -50,9 +50,9 @@ def tornado(bars: Sequence[Mapping[str, Any]], across: str, description: str) ->
     ends = [value for bar in bars for value in (bar["low"], bar["high"], bar["nominal"]) if value is not None]
     wide = (max(ends, default=1.0) - min(ends, default=0.0)) * 0.03 or 0.5
     rows = [
-        Row(
+        ChartRow(
             bar["label"],
-            (Bar(bar["low"], bar["high"], tip=f"{bar['path']} from {bar['inputs']}: {bar['text']}"),)
+            (ChartBar(bar["low"], bar["high"], tip=f"{bar['path']} from {bar['inputs']}: {bar['text']}"),)
             if bar["low"] is not None and bar["high"] is not None
             else (),
         )
@@ -69,8 +69,9 @@ def shares(records: Sequence[Mapping[str, Any]], across: str, description: str) 
     The scale is from 0 to 1: first-order indices inside total ones.
     """
     rows = [
-        Row(
-            item["label"], tuple(Bar(0.0, item[key], look) for key, look in (("total", "f-c1 pale"), ("first", "f-c1")))
+        ChartRow(
+            item["label"],
+            tuple(ChartBar(0.0, item[key], look) for key, look in (("total", "f-c1 pale"), ("first", "f-c1"))),
         )
         for item in records
     ]

@@ -19,9 +19,10 @@ from dse.answers.tables.display import counted, readable
 from dse.report.amounts import amount_words, difference_words, listed, safe_text
 from dse.space.model.space import EMPTY
 from dse.support.units import is_unbounded
+from dse.support.units.text import first_of
 
 if TYPE_CHECKING:
-    from dse.questions.beyond import Beyond
+    from dse.questions.beyond_limit import Beyond
     from dse.questions.question import HasDecisions
 
 CLOSE = Fraction(1, 100)
@@ -201,9 +202,8 @@ def cost_words(result: Result, point: Point) -> str:
         best = min(values) if info.sense == "minimise" else max(values)
         if point.objectives[info.name] == best:
             sharing = [other.id for other in result.front if other.objectives[info.name] == best and other is not point]
-            shown = ", ".join(f"#{number}" for number in sharing[:MOST_SHARING])
-            more = f" and {len(sharing) - MOST_SHARING} more" if len(sharing) > MOST_SHARING else ""
-            sentences.append(what + (f" (as {shown}{more})" if sharing else ""))
+            shown = first_of([f"#{number}" for number in sharing], MOST_SHARING)
+            sentences.append(what + (f" (as {shown})" if sharing else ""))
             continue
         other = next(item for item in result.front if item.objectives[info.name] == best)
         moved = _between(result, point, other)
@@ -216,12 +216,12 @@ def cost_words(result: Result, point: Point) -> str:
     return "; ".join(sentences)
 
 
-def nearest_words(margins: Sequence[Margin], currency: str, most: int = MOST_LIMITS) -> str:
+def nearest_words(margins: Sequence[Margin], currency: str) -> str:
     """The limits with the least slack as a share: ``core 2 of computer 50.890 of 70 % (27.3 % slack)``.
 
-    At most `most` limits; unbounded ones are left out, because warnings name them.
+    At most `MOST_LIMITS` limits; unbounded ones are left out, because warnings name them.
     """
-    return ", ".join(_margin_words(item, currency) for item in margins[:most] if not is_unbounded(item.slack))
+    return ", ".join(_margin_words(item, currency) for item in margins[:MOST_LIMITS] if not is_unbounded(item.slack))
 
 
 def _margin_words(item: Margin, currency: str) -> str:

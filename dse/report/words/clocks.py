@@ -21,7 +21,7 @@ CAPTION = (
 TIMELINE_ROW = 46
 """Pixels of a row of the timeline."""
 MOST_MARKS = 60
-"""A row with more releases within the time shown is cut off after so many."""
+"""The greatest number of releases in a row; further ones within the time shown are cut off."""
 UNKNOWN = "unknown"
 
 

@@ -24,12 +24,12 @@ from dse.answers.result import Result
 from dse.answers.tables.display import readable
 from dse.report.amounts import listed
 from dse.report.words.basis import basis_parts
-from dse.space.model.criteria import Metric
 from dse.space.model.metric_kinds import flows_in
 from dse.space.model.space import Design, Space
 from dse.space.model.trees import leaves
-from dse.space.question.open_cores import cores_beside, is_scheduled
+from dse.space.question.open_cores import asked_metrics, cores_beside, is_scheduled
 from dse.space.question.settings import SETTINGS
+from dse.support.units.text import first_of
 
 PROCESSING = {
     "execution_time": "CPU contention is not in the latencies: each thread counts its execution time, as if alone on "
@@ -37,7 +37,7 @@ PROCESSING = {
     "response_time": "CPU contention is in the latencies: each thread counts its response time under fixed priorities, "
     "on the core that is stated or decided, else on the one that first-fit gives.",
 }
-"""What the processing of a thread counts in a latency, by the setting `processing`."""
+"""The processing time of a thread in a latency, by the setting `processing`."""
 UNCOUNTED = (
     "CPU contention is not in the latencies: this profile counts no response times, but execution times and deadlines."
 )
@@ -67,7 +67,7 @@ def uncounted_words(space: Space) -> str:
 
     Empty where nothing is asked of a flow, or the profile counts response times.
     """
-    asks = space.profile == "osate-2.2" and any(flows_in(space, metric) for metric in _asked(space))
+    asks = space.profile == "osate-2.2" and any(flows_in(space, metric) for metric in asked_metrics(space))
     return UNCOUNTED if asks else ""
 
 
@@ -76,7 +76,7 @@ def waiting_words(space: Space) -> str:
 
     Empty where no flow is asked about, or waiting for every bus is counted.
     """
-    return waiting_left_words(space) if any(flows_in(space, metric) for metric in _asked(space)) else ""
+    return waiting_left_words(space) if any(flows_in(space, metric) for metric in asked_metrics(space)) else ""
 
 
 def waiting_left_words(space: Space) -> str:
@@ -146,10 +146,6 @@ def study_counting_words(data: Mapping[str, Any]) -> str:
     return " ".join([*parts, *([f"{rules[:1].upper()}{rules[1:]}."] if rules else [])])
 
 
-def _asked(space: Space) -> list[Metric]:
-    return [item.metric for item in space.requirements] + [item.metric for item in space.objectives]
-
-
 def bus_words(space: Space) -> str:
     """The sentence on buses whose arbitration delay latencies count, and on those whose delay they leave out.
 
@@ -206,8 +202,7 @@ def broken_choice_words(result: Result, chosen: Point) -> str:
     verdict = result.contended.get(str(chosen.id)) if result.leaves_out_contention else None
     if verdict is None or verdict.status != "broken":
         return ""
-    more = len(verdict.broken) - 1
-    violated = f"{_broken_words(verdict.broken[0], result.space.currency)}" + (f" and {more} more" if more > 0 else "")
+    violated = first_of([_broken_words(item, result.space.currency) for item in verdict.broken], 1)
     said = f"But with response times it violates {violated}"
     if cores_beside(result.space):
         own = own_core_words(result.space)
@@ -255,7 +250,7 @@ def asks_for_responses(space: Space) -> bool:
 
     True also where response times enter through the latency of a flow.
     """
-    return any(is_scheduled(space, metric) for metric in _asked(space))
+    return any(is_scheduled(space, metric) for metric in asked_metrics(space))
 
 
 def waits_in_flows(space: Space) -> bool:
@@ -263,7 +258,7 @@ def waits_in_flows(space: Space) -> bool:
 
     Such a question is quicker without them (`processing: execution_time`).
     """
-    return any(flows_in(space, metric) and is_scheduled(space, metric) for metric in _asked(space))
+    return any(flows_in(space, metric) and is_scheduled(space, metric) for metric in asked_metrics(space))
 
 
 def overhead_words(space: Space, design: Design | None = None) -> str:
@@ -288,13 +283,21 @@ def overhead_words(space: Space, design: Design | None = None) -> str:
 
 
 def bound_words(space: Space, design: Design | None = None) -> str:
-    """The sentence on response times that are safe bounds, with the reason; follows `overhead_words`, empty for none.
+    """The sentence on response times that are safe bounds, with the reason; empty where all can be reached.
 
     One sentence with the cores on which a response time need not be reached, and why; with `design` for that design
     only.
     """
     reasons = _safe(safe_bounds(space, design))
     return f"They are {reasons}." if reasons else ""
+
+
+def response_time_words(space: Space, design: Design | None = None) -> str:
+    """The sentences on response times: the overheads that they count, and where they are safe bounds, with the reason.
+
+    One or two sentences; with `design` for that design only.
+    """
+    return f"{overhead_words(space, design)} {bound_words(space, design)}".rstrip()
 
 
 def safe_words(reasons: Mapping[str, Sequence[str]], *, is_known: bool = True) -> str:
@@ -345,9 +348,7 @@ def _some(names: Sequence[str], most: int = MOST_NAMES) -> str:
 
 
 def _ids(numbers: list[int]) -> str:
-    more = len(numbers) - MOST_IDS
-    shown = ", ".join(f"#{number}" for number in numbers[:MOST_IDS])
-    return f"{shown} and {more} more" if more > 0 else shown
+    return first_of([f"#{number}" for number in numbers], MOST_IDS)
 
 
 def contended_words(verdict: Contended | None, currency: str, *, own: str = "") -> str:

@@ -129,7 +129,7 @@ def counted_words(result: Result) -> tuple[str, str]:
     return said, uncounted_words(result.space) if said else ""
 
 
-class Waiting:
+class WaitingNotes:
     """The verdicts on the designs of a front with waiting for the CPU, where the search left waiting out.
 
     Verdicts of designs come from the result; nothing is analysed again. `known` are those that are no "unknown".
@@ -237,9 +237,7 @@ def overload_words(analysis: Analysis) -> list[str]:
     for usage in analysis.processors:
         if not usage.capacity:
             continue
-        loads: dict[int, Fraction] = {}
-        for who, core in usage.cores.items():
-            loads[core] = loads.get(core, Fraction(0)) + usage.shares[who]
+        loads = usage.core_loads
         fullest = max(loads, key=lambda core: loads[core], default=None)
         if usage.total > usage.capacity:
             said.append(f"{usage.name} is overloaded: {_share(usage.total)} of {_share(usage.capacity)}.")

@@ -8,6 +8,7 @@ from typing import Any
 
 from dse.importers.registry import STORED_PORTS
 from dse.support.errors import Diagnostic
+from dse.support.units.text import first_of
 
 MOST_NAMED = 6
 MOST_ALIKE = 3
@@ -122,8 +123,7 @@ def _line(section: str, names: Sequence[str], of: Mapping[str, Any], field: str,
         yield f"{section}.{names[0]}.{field}: {why.format(f'the {one}')}"
         return
     count = f"all {len(of)}" if len(names) == len(of) else f"{len(names)} of {len(of)}"
-    shown = ", ".join(names[:MOST_NAMED]) + (f" and {len(names) - MOST_NAMED} more" if len(names) > MOST_NAMED else "")
-    yield f"{section}.NAME.{field}: {why.format('each')}; {count}: {shown}"
+    yield f"{section}.NAME.{field}: {why.format('each')}; {count}: {first_of(names, MOST_NAMED)}"
 
 
 def _grouped(items: Sequence[Diagnostic], every: bool) -> Iterator[str]:

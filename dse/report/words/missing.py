@@ -1,4 +1,4 @@
-"""What an incomplete front is worth, in words."""
+"""The optimality gap of an incomplete front in words."""
 
 from __future__ import annotations
 

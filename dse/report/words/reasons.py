@@ -11,7 +11,7 @@ from dse.analysis.views import View
 from dse.answers.designs import FurtherDesign, FurtherDesigns, Point
 from dse.answers.ranking.changes import Change
 from dse.answers.ranking.optimality_gap import is_proved
-from dse.answers.ranking.reasons import Comparison, Dominant, Improvement, Reasoner, Reasons, Spared
+from dse.answers.ranking.reasons import Dominant, Improvement, PointDeltas, Reasoner, Reasons, Spared
 from dse.answers.ranking.variants import NEAR
 from dse.answers.result import Result
 from dse.answers.tables.display import counted, readable
@@ -99,7 +99,7 @@ def sentences(result: Result, reasons: Reasons) -> list[Sentence]:
 
 
 def _spared_words(spared: Spared) -> str:
-    """What another offset saves, where it costs nothing that was asked for."""
+    """The time that another offset saves, where it worsens no objective and no limit."""
     before, after = (format_duration(offset) if offset else "0 ms" for offset in spared.offsets_ns)
     saved = [f"{format_duration(time)} of latency of {flow}" for flow, time in spared.saves_ns.items()]
     return f"{spared.reader}.offset {after} instead of {before} saves {listed(saved)}."
@@ -150,19 +150,19 @@ def baseline_words(reasoner: Reasoner) -> str:
     return f"Baseline: {figures_words(result, objectives)}; it {said}."
 
 
-def _compared(label: str, comparison: Comparison, currency: str) -> Sentence:
+def _compared(label: str, comparison: PointDeltas, currency: str) -> Sentence:
     return Sentence(
         label, _comparison_words(comparison, currency), _comparison_words(comparison, currency, FEW_CHANGES)
     )
 
 
-def _comparison_words(comparison: Comparison, currency: str, most: int | None = None) -> str:
-    """What changes (at `most` so many are named), what gains, what is given up."""
+def _comparison_words(comparison: PointDeltas, currency: str, most: int | None = None) -> str:
+    """The changes (at most `most` of them), the gains and the losses."""
     return f"{changes_words(comparison.changes, most)}. {deltas_words(comparison.deltas, currency)}."
 
 
 def _baseline_comparison_words(reasons: Reasons, currency: str, most: int | None = None) -> str:
-    """What changes against the baseline, counted where the question counts it, and what that gains and gives up."""
+    """The changes against the baseline, counted where the question counts them, with gains and losses."""
     if reasons.changed is None:
         return _comparison_words(reasons.baseline, currency, most) if reasons.baseline is not None else ""
     counted = {change.name for change in reasons.changed}
@@ -199,7 +199,7 @@ def _first(items: list[str], most: int | None) -> list[str]:
 
 
 def _tail(changes: Sequence[Change], most: int | None = None) -> str:
-    """What changes besides."""
+    """The further changes."""
     return f" (with it: {', '.join(_first(list(map(_following, changes)), most))})" if changes else ""
 
 
@@ -217,7 +217,7 @@ def changes_words(changes: Sequence[Change], most: int | None = None) -> str:
     return f"Changes {'; '.join(_first(chosen, most))}{_tail(follow, most)}"
 
 
-def _variants_words(variants: Sequence[Comparison], currency: str) -> str:
+def _variants_words(variants: Sequence[PointDeltas], currency: str) -> str:
     """``#2 with can0 can_500k (jitter of main 0.144 ms less, price 5 EUR more); #3 with …``; of many the first ones."""
     said = []
     for item in variants[:MOST_VARIANTS]:
@@ -404,9 +404,13 @@ def extrapolated_words(result: Result) -> str:
         outside = tuple(outside_sizes(result.space, View(point.design)))
         places |= dict.fromkeys(outside)
         ids += [f"#{point.id}"] if outside else []
-    more = [f"{len(ids) - MOST_VARIANTS} more"] if len(ids) > MOST_VARIANTS else []
-    where = listed([*ids[:MOST_VARIANTS], *more]) if len(ids) < len(result.front) else "every design"
+    where = _designs(ids) if len(ids) < len(result.front) else "every design"
     return " ".join(f"In {where} {text}." for text in outside_words(places))
+
+
+def _designs(ids: Sequence[str]) -> str:
+    more = [f"{len(ids) - MOST_VARIANTS} more"] if len(ids) > MOST_VARIANTS else []
+    return listed([*ids[:MOST_VARIANTS], *more])
 
 
 def unused_words(result: Result) -> str:
@@ -417,8 +421,7 @@ def unused_words(result: Result) -> str:
     said = []
     for item in result.unused:
         idle = [f"#{number}" for number in item["points"]]
-        more = [f"{len(idle) - MOST_VARIANTS} more"] if len(idle) > MOST_VARIANTS else []
-        where = listed([*idle[:MOST_VARIANTS], *more]) if len(idle) < len(result.front) else "every design here"
+        where = _designs(idle) if len(idle) < len(result.front) else "every design here"
         choice = f"{item['decision']} = {item['option']}"
         said.append(f"{choice} was fixed, but changes nothing in {where}, where it is not used.")
     return " ".join(said)

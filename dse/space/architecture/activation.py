@@ -192,7 +192,7 @@ def _check_sources(ledger: Ledger, space: Space, needed: set[int]) -> None:
 
 
 def _as_timer(component: Component) -> str:
-    """What to write for a sporadic thread that something outside the file triggers."""
+    """The hint for a sporadic thread that something outside the file triggers."""
     is_sporadic = "sporadic" in leaves(component.protocol) and any(leaves(component.period_ns))
     return "as often as it may come, once in each `period`, it is `periodic`" if is_sporadic else ""
 

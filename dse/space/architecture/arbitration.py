@@ -19,6 +19,7 @@ from dse.spec.schema.frames import CanFdFrame, CanFrame, EthernetFrame
 from dse.spec.schema.hardware import BusType
 from dse.spec.schema.model import Spec
 from dse.support.units import shown
+from dse.support.units.text import first_of
 
 MOST_SHOWN = 3
 
@@ -155,7 +156,7 @@ def _missing(
     kinds: Mapping[str, Arbitration | None],
     wires: Sequence[Connection],
 ) -> Iterator[str]:
-    """What keeps the waiting for a bus with these `wires` from being counted, the first first."""
+    """Reasons why the waiting for a bus with these `wires` is not counted, the most important first."""
     yield from (f"{name} states no `arbitration`" for name, kind in kinds.items() if kind is None)
     if "classes" in kinds.values():
         yield from _said("no `priority`", [wire for wire in wires if None in set(leaves(wire.priority))])
@@ -173,5 +174,4 @@ def _is_on_several(buses: Sequence[Bus], wire: Connection) -> bool:
 
 def _said(what: str, wires: Sequence[Connection]) -> Iterator[str]:
     if wires:
-        more = f" and {len(wires) - MOST_SHOWN} more" if len(wires) > MOST_SHOWN else ""
-        yield f"{what} of {', '.join(wire.name for wire in wires[:MOST_SHOWN])}{more}"
+        yield f"{what} of {first_of([wire.name for wire in wires], MOST_SHOWN)}"

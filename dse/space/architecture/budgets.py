@@ -9,7 +9,7 @@ from dse.space.properties import Ledger
 from dse.spec.schema.model import ResourceBudget, Spec
 
 OF_THREADS = ("processor", "partition")
-"""What a thread or device states at its own entry."""
+"""Fields that a thread or device states at its own entry."""
 
 
 def build_resources(ledger: Ledger, spec: Spec, names: Sequence[str], processors: Sequence[str]) -> Resources:

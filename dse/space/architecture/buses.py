@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import replace
 from typing import Any
 
 from dse.space.architecture.carriers import carrying
 from dse.space.architecture.frames import FLEXRAY_MOST, LEAST_MTU, MOST_MTU, frame_of
-from dse.space.architecture.processors import UNKNOWN, decision_of, known_types, read_figures, read_named, read_slot
+from dse.space.architecture.processors import UNKNOWN, known_types, read_figures, read_named, read_slot
 from dse.space.model.space import EMPTY, Bus
 from dse.space.model.trees import FROM_BANDWIDTH, PerProcessorType, Tree, graft, leaves
 from dse.space.properties import FieldReader, Ledger, Owner, Path, per_processor_type, stated, type_choice
@@ -69,10 +68,7 @@ def _bus(ledger: Ledger, spec: Spec, name: str, index: Mapping[str, int]) -> Bus
             ledger.error((*path, "bus"), "only a virtual bus is carried by another bus")
         carrier = read_named(ledger, name, "bus", (*path, "bus"), given.bus, index)
         carrier = type_choice(decision, [None if option == EMPTY else carrier for option in options])
-        ledger.settle(decision_of(ledger, f"{name}.bus"), carrier)
-        reference = ledger.references.get(f"{name}.bus")
-        if reference is not None:
-            ledger.references[reference.name] = replace(reference, tree=carrier)
+        ledger.with_use(f"{name}.bus", carrier)
     figures = read_figures(ledger, owner, spec.totals)
     overhead = graft(overhead, lambda size: size or 0)
     return Bus(
@@ -225,7 +221,7 @@ def check_bus_types(ledger: Ledger, spec: Spec) -> None:
 
 
 def _fault_mistakes(model: BusType) -> Iterator[tuple[str, str]]:
-    """What faults of the wire need that is not stated: field and message."""
+    """Missing statements on faults of the wire: field and message."""
     if model.fault_interval is None:
         if model.fault_burst is not None:
             yield "fault_burst", "needs a `fault_interval`: the least time between two faults after a burst"
@@ -256,7 +252,7 @@ def _check_carriers(ledger: Ledger, buses: Sequence[Bus]) -> None:
 
 
 def _frame_mistakes(model: BusType, frame: FrameModel) -> Iterator[tuple[str, str]]:
-    """What does not go with a frame, and what it needs: field and message."""
+    """Statements that contradict a frame, and missing ones: field and message."""
     if model.virtual:
         yield "frame", "only a physical bus has frames: middleware is not a wire"
     if model.transmission_time is not None:

@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
-from dse.space.architecture.processors import decision_of
 from dse.space.model.arrivals import BY_INPUTS
 from dse.space.model.flows import Step
 from dse.space.model.space import ClockReading, Component, Space
@@ -117,7 +116,7 @@ def read_offset(ledger: Ledger, spec: Spec, owner: Owner, protocol: Tree, period
     elif None in set(leaves(period)):
         whole = tree
         tree = graft(period, lambda time: None if time is None else whole)
-    return with_use(ledger, f"{owner.name}.offset", _where_timed(protocol, tree))
+    return ledger.with_use(f"{owner.name}.offset", _where_timed(protocol, tree))
 
 
 def _text(value: int | None) -> str:
@@ -175,18 +174,6 @@ def _where_timed(protocol: Tree, tree: Tree) -> Tree:
     return graft(protocol, lambda found: None if found in BY_INPUTS else tree)
 
 
-def with_use(ledger: Ledger, name: str, tree: Tree) -> Tree:
-    """The tree of a figure, which becomes where its decision is met, and what rules mean by its name.
-
-    `name` is that of the decision; decisions without effect in a design are inactive there.
-    """
-    ledger.settle(decision_of(ledger, name), tree)
-    reference = ledger.references.get(name)
-    if reference is not None:
-        ledger.references[name] = replace(reference, tree=tree)
-    return tree
-
-
 def read_communication(ledger: Ledger, owner: Owner, protocol: Tree, period: Tree) -> Tree:
     """The communication timing of a thread: leaves ``implicit``, ``at_dispatch``, ``let``, or None without a timer.
 
@@ -200,7 +187,7 @@ def read_communication(ledger: Ledger, owner: Owner, protocol: Tree, period: Tre
     if None in set(leaves(period)):
         whole = tree
         tree = graft(period, lambda time: None if time is None else whole)
-    return with_use(ledger, f"{owner.name}.communication", _where_timed(protocol, tree))
+    return ledger.with_use(f"{owner.name}.communication", _where_timed(protocol, tree))
 
 
 def with_past(steps: Sequence[Step]) -> tuple[Step, ...]:

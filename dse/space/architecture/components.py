@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
 from typing import Any
 
 from dse.space.architecture.arbitration import identifier_text
@@ -21,7 +20,7 @@ from dse.space.model.space import EMPTY, UNKNOWN_TYPE, Bus, Component, Connectio
 from dse.space.model.trees import Choice, PerProcessorType, Tree, graft, leaves
 from dse.space.parameters import read_parameters
 from dse.space.properties import FieldReader, Ledger, Owner, Path, by_machine, closest
-from dse.space.question.open_cores import check_core, cores_named
+from dse.space.question.open_cores import check_core, cores_named, the_core
 from dse.space.question.open_priorities import read_priority
 from dse.spec.schema.model import Spec
 from dse.support.units import format_data_rate, format_duration, format_rate, format_size, format_time_range, shown
@@ -83,8 +82,7 @@ def build_component(
         priority = read_priority(ledger, _without_types(owner), spec.priorities)
         core_path = ("threads", name, "core")
         named_cores = cores_named(ledger, processors, core_path, processor, given.core or ())
-        core = named_cores[0] if len(named_cores) == 1 and isinstance(named_cores[0], int) else None
-        core = core if home is None else home.core
+        core = the_core(named_cores) if home is None else home.core
         if home is not None:
             executor, reservation = home.executor, home.reservation
         else:
@@ -211,12 +209,7 @@ def _period_in_use(ledger: Ledger, path: Path, name: str, protocol: Tree, period
             ledger.doubt(f"{name}.period")
             break
     tree = graft(protocol, lambda item: period if item not in PROTOCOLS or PROTOCOLS[item].has_period else None)
-    decision = decision_of(ledger, f"{name}.period")
-    ledger.settle(decision, tree)
-    reference = ledger.references.get(f"{name}.period")
-    if reference is not None:
-        ledger.references[reference.name] = replace(reference, tree=tree)
-    return tree
+    return ledger.with_use(f"{name}.period", tree)
 
 
 def build_connections(
@@ -265,10 +258,7 @@ def _build_connection(
     bus = _unless_local(bus, [item.process if item is not None else None for item in homes])
     if _stays(ledger, spec, name, wires, [buses[leaf] for leaf in leaves(stated_bus) if leaf is not None]):
         bus = _unless_local(bus, [item.processor if item is not None else None for item in homes])
-    ledger.settle(decision_of(ledger, f"{name}.bus"), bus)
-    reference = ledger.references.get(f"{name}.bus")
-    if reference is not None:
-        ledger.references[reference.name] = replace(reference, tree=bus)
+    ledger.with_use(f"{name}.bus", bus)
     return Connection(
         name=name,
         source=ends[0],

@@ -14,12 +14,12 @@ from dse.space.model.arrivals import POLLING
 from dse.space.model.space import Component, Executor, Processor, Reservation
 from dse.space.model.trees import Choice, Tree, graft, leaves
 from dse.space.properties import FieldReader, Ledger, Owner
-from dse.space.question.open_cores import check_core, cores_named, where_there_is_one
+from dse.space.question.open_cores import check_core, cores_named, the_core, where_there_is_one
 from dse.spec.schema.model import Spec
 from dse.support.units import format_duration, shown
 
 WHERE = ("processor", "figures_of", "core")
-"""What says where a thread runs that is in no executor and no reservation."""
+"""Fields that state where a thread runs that is in no executor and no reservation."""
 
 
 @dataclass(frozen=True)
@@ -71,7 +71,7 @@ def _home(ledger: Ledger, processors: Sequence[Processor], section: str, name: s
         processor = read_named(ledger, name, "processor", (section, name, "processor"), given.processor, slots)
     path = (section, name, "core")
     named = cores_named(ledger, processors, path, processor, given.core or ())
-    core = named[0] if len(named) == 1 and isinstance(named[0], int) else None
+    core = the_core(named)
     check_core(ledger, processors, path, processor, named)
     for leaf in leaves(processor):
         if leaf is not None and processors[leaf].serves is not None:

@@ -190,7 +190,7 @@ class _Tracer:
 
 
 def _figures(given: PathElement) -> StepFigures:
-    """What a component has in this flow alone."""
+    """The figures that a component has in this flow alone."""
     ranges = (given.latency, given.compute_execution_time, given.response_time)
     return StepFigures(*(None if item is None else (item.min_ns, item.max_ns) for item in ranges))
 

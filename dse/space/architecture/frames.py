@@ -1,4 +1,4 @@
-"""What a message takes on the wire: frames with their headers, gaps, stop bits and stuff bits, in bits.
+"""The bits of a message on the wire: frames with their headers, gaps, stop bits and stuff bits.
 
 A bus type with a `frame` counts these bits in its load, its busy time and its transmission times; see
 docs/semantics.md, section 5.3. Sizes are those of whole messages in bytes, protocol overhead included. Every function
@@ -29,7 +29,7 @@ Bits: TypeAlias = tuple[Exact, Exact]
 """Least and most bits, of the length of one bit at the bandwidth of the bus."""
 CAN_BYTES = 8
 MOST_BYTES = {"can": 8, "can_fd": 64}
-"""What a frame of CAN carries at most."""
+"""The most bytes that a frame of CAN carries."""
 FD_SIZES = (0, 1, 2, 3, 4, 5, 6, 7, 8, 12, 16, 20, 24, 32, 48, 64)
 """The sizes that a CAN FD frame can have; others are filled up (ISO 11898-1)."""
 INTERFRAME = 3

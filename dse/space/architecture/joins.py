@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-from dse.space.architecture.clocks import with_use
 from dse.space.model.arrivals import BY_INPUTS
 from dse.space.model.flows import Step
 from dse.space.model.space import Component, Space
@@ -49,16 +48,16 @@ def read_join(ledger: Ledger, spec: Spec, owner: Owner, protocol: Tree, period: 
         ledger.error((*path, "join"), message, "an aperiodic, sporadic or hybrid thread waits for all of its inputs")
     if ALL in set(leaves(whole)) and spec.profile != "dse":
         ledger.error((*path, "join"), f"profile {spec.profile} knows no join of all", "profile: dse")
-    with_use(ledger, f"{owner.name}.join", join)
+    ledger.with_use(f"{owner.name}.join", join)
     if pairing is None:
         return join, None
     taken = graft(join, lambda word: pairing if word == ALL else None)
-    with_use(ledger, f"{owner.name}.pairing", taken)
+    ledger.with_use(f"{owner.name}.pairing", taken)
     return join, taken
 
 
 def _stated(ledger: Ledger, owner: Owner, field: str) -> Tree:
-    """What a thread states in a field; None where nothing."""
+    """The words that a thread states in a field; None without any."""
     own = Owner(owner.name, owner.path, owner.own)  # types of threads say nothing of what dispatches them
     return FieldReader(ledger, own, field, field, str).read(lambda model: getattr(model, field))
 

@@ -19,7 +19,7 @@ from dse.support.units import (
 )
 
 THROTTLING = "throttling"
-"""What reports call the time that an operating system takes from threads."""
+"""The name in reports of the time that an operating system takes from threads."""
 
 
 def known_types(

@@ -1,4 +1,4 @@
-"""What OSATE's resource budgets compare: entries of threads, devices and subsystems, and what there is."""
+"""Data of OSATE's resource budgets: entries of threads, devices and subsystems, and the capacities."""
 
 from __future__ import annotations
 

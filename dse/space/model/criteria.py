@@ -1,4 +1,4 @@
-"""What a design is judged by: metrics, requirements, rules and objectives, with names resolved."""
+"""The criteria for a design: metrics, requirements, rules and objectives, with names resolved."""
 
 from __future__ import annotations
 

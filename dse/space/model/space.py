@@ -335,7 +335,7 @@ class Space:
     states_baseline: bool = False
     """Whether the file states a baseline, also of fixed fields alone, which `baseline` leaves out."""
     cost_of_change: Mapping[int, int] = field(default_factory=dict)
-    """What changing a decision of the baseline counts, by decision; 1 where none is stated."""
+    """The cost of changing a decision of the baseline, by decision; 1 where none is stated."""
     partition_output: str = "major_frame"
     """OSATE's setting for when output leaves a partition: or ``partition_end``."""
     system: str = "asynchronous"

@@ -458,4 +458,4 @@ _FINDERS: Mapping[str, Callable[[Space, str | None], tuple[Metric, ...]]] = {
     "response time": _response_times,
     "disparity": disparities,
 }
-"""What finds the metrics of a kind, of a name or of all, where it is not there for each that has the name."""
+"""Functions that find the metrics of a kind, of a name or of all, where not every element with the name has one."""

@@ -54,6 +54,11 @@ def cores_named(
     return tuple(found)
 
 
+def the_core(named: Sequence[int | str]) -> int | None:
+    """The one core that is stated; None where several are, or a rule decides."""
+    return named[0] if len(named) == 1 and isinstance(named[0], int) else None
+
+
 def numbers_of(slot: Processor, type_name: str, group: str) -> tuple[int, ...]:
     """The cores of a group, from 1 on; none where the type has no such group.
 
@@ -291,7 +296,7 @@ def _with_cores(space: Space, wanted: bool) -> Space:
 
 def _depends_on_cores(space: Space) -> bool:
     """Whether a requirement, an objective, a rule or a fixed decision of the space depends on who shares a core."""
-    return _is_spoken_of(space) or any(is_scheduled(space, metric) for metric in _asked(space))
+    return _is_spoken_of(space) or any(is_scheduled(space, metric) for metric in asked_metrics(space))
 
 
 def _is_spoken_of(space: Space) -> bool:
@@ -300,7 +305,8 @@ def _is_spoken_of(space: Space) -> bool:
     return is_fixed or tells_cores_apart(space) or rules_on_order(space)
 
 
-def _asked(space: Space) -> list[Metric]:
+def asked_metrics(space: Space) -> list[Metric]:
+    """The metrics of the requirements of a space, then those of its objectives."""
     return [item.metric for item in space.requirements] + [item.metric for item in space.objectives]
 
 
@@ -364,7 +370,7 @@ def names_cores(space: Space) -> bool:
     if any(_looks_at(rule.condition, lambda index: index in cores) for rule in space.rules):
         return True
     derived = [Metric(item.name, "derived", number) for number, item in enumerate(space.derived)]
-    return any(_is_of_cores(space, metric) for metric in (*_asked(space), *derived))
+    return any(_is_of_cores(space, metric) for metric in (*asked_metrics(space), *derived))
 
 
 def _is_of_cores(space: Space, metric: Metric) -> bool:

@@ -1,4 +1,4 @@
-"""What is asked of the architecture: metrics, requirements, rules, objectives and the baseline, with names resolved.
+"""The question to the architecture: metrics, requirements, rules, objectives and the baseline, with names resolved.
 
 The same functions serve the problem file (mistakes become diagnostics) and the command line (they become usage errors).
 """

@@ -12,7 +12,7 @@ from dse.support.units import Quantity
 
 Operator: TypeAlias = Literal["<=", "<", ">=", ">", "==", "!="]
 Operand = TypeVar("Operand", covariant=True)
-"""What a connective joins: conditions as written, or resolved ones."""
+"""The type of the operands of a connective: conditions as written, or resolved ones."""
 
 
 @dataclass(frozen=True)

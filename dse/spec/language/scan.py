@@ -1,4 +1,4 @@
-"""What the expression parsers share: errors with a place, quotes, comparison operators, word boundaries."""
+"""Parts of all expression parsers: errors with a place, quotes, comparison operators, word boundaries."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from dse.spec.language.expressions import Operator
 MAX_TEXT = 10_000
 STOPS = "()[],<>=!≤≥"
 CALL = re.compile(r"(max|min)\s*\(")
-"""What begins the extreme of several metrics, where a metric can begin."""
+"""The beginning of an extreme of several metrics, where a metric can begin."""
 BEFORE_A_METRIC = "+-*/(,<>=≤≥"
 _OPERATORS: tuple[tuple[str, Operator], ...] = (
     ("<=", "<="),

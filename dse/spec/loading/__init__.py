@@ -7,8 +7,8 @@ Read `load.py` first.
 * `sources.py`, `samples.py`, `messages.py`: files on disk or carried by a result; columns of CSV samples; sizes of
   ROS messages.
 * `foreign.py`: imported models as trees, and files that decide over them.
-* `recognising.py`: whether a file is a problem file.
-* `wording.py`, `salvage.py`: messages in plain words; the rest of a file without its mistakes.
+* `recognition.py`: whether a file is a problem file.
+* `validation_messages.py`, `partial_reading.py`: messages in plain words; the rest of a file without its mistakes.
 * `document.py`: the merged document and its digest, by which two problems are equal.
 * `writing.py`: plain data as YAML.
 

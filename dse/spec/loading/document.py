@@ -1,4 +1,4 @@
-"""What a problem says, whatever file says it: its includes merged in, its samples at hand; and what tells it apart.
+"""The content of a problem, whatever file states it: includes merged in, samples at hand; and its hash.
 
 Two problems are the same where their documents are, leaving out what nobody computes with (`WORDS`) and the order of
 the sections and of the fields of a component. The order of names counts: it decides which of several designs with the

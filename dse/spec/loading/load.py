@@ -15,12 +15,12 @@ from dse.importers.registry import IMPORTERS, is_model, read_foreign
 from dse.spec.loading.document import SECTIONS, identity_of, merged_document
 from dse.spec.loading.foreign import offered, overlaid, strangers, tree_of
 from dse.spec.loading.messages import CARRIED, Sized, read_sizes, with_sizes
+from dse.spec.loading.partial_reading import WHOLE, Place, Remains, remains, salvaged
 from dse.spec.loading.reader import MAX_BYTES, PathPart, RepeatedKeysError, Source, YamlNode, decode_text, read_yaml
-from dse.spec.loading.recognising import no_answer, of_another_format
-from dse.spec.loading.salvage import WHOLE, Place, Remains, remains, salvaged
+from dse.spec.loading.recognition import no_answer, of_another_format
 from dse.spec.loading.samples import Samples, read_samples
 from dse.spec.loading.sources import Carried, Files, OnDisk, name_from, read_source
-from dse.spec.loading.wording import is_of_wrong_items, translated
+from dse.spec.loading.validation_messages import is_of_wrong_items, translated
 from dse.spec.loading.writing import block_text
 from dse.spec.quantities.totals import in_declared_units
 from dse.spec.schema.model import Catalogue, Spec

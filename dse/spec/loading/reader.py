@@ -17,7 +17,7 @@ import yaml
 
 from dse.support.errors import Diagnostic, ProblemError
 from dse.support.files import reading
-from dse.support.timelimit import Work
+from dse.support.timelimit import StepCounter
 from dse.support.units import shown
 
 MAX_BYTES = 8_000_000
@@ -195,7 +195,7 @@ def read_yaml(text: str, file: str) -> YamlNode:
         a problem file includes); or not the YAML described above, with every finding.
     """
     _check_characters(text, file)
-    builder, work = _NodeBuilder(file), Work()
+    builder, work = _NodeBuilder(file), StepCounter()
     try:
         for event in yaml.parse(text, Loader=_LOADER):
             work.go_on()

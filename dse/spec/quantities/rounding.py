@@ -1,4 +1,4 @@
-"""What reading a problem file has rounded, with its place."""
+"""Figures that reading a problem file has rounded, with their places."""
 
 from __future__ import annotations
 

@@ -13,13 +13,13 @@ FUNCTIONS = {
     "EMCY": 0x080, "TPDO1": 0x180, "RPDO1": 0x200, "TPDO2": 0x280, "RPDO2": 0x300, "TPDO3": 0x380, "RPDO3": 0x400,
     "TPDO4": 0x480, "RPDO4": 0x500, "TSDO": 0x580, "RSDO": 0x600, "HEARTBEAT": 0x700,
 }  # fmt: skip
-"""What each node has, with the identifier to which its number is added."""
+"""Messages of each node, with the identifier to which its number is added."""
 BROADCASTS = {"NMT": 0x000, "SYNC": 0x080, "TIME": 0x100}
-"""What there is once, for all nodes."""
+"""Messages that exist once, for all nodes."""
 MOST_NODE = 127
 OF_NODE = re.compile(r"(\w+) of node (\d{1,9})")
 PATTERN = rf"^({'|'.join(FUNCTIONS)}) of node ([1-9]|[1-9][0-9]|1[01][0-9]|12[0-7])$"
-"""What a schema admits."""
+"""The names that a schema admits."""
 
 
 def connection_set(text: str) -> int | None:

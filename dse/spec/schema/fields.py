@@ -151,11 +151,11 @@ class Respelt:
 
 
 CORE_RULES = ("any", "first_fit")
-"""What may stand where a core does: the search decides, or first-fit by decreasing utilisation."""
+"""Words in place of a core: the search decides, or first-fit by decreasing utilisation."""
 
 
 PRIORITY_RULES = ("rate_monotonic", "deadline_monotonic")
-"""What orders a thread that has no priority of its own: the time between its jobs, or its deadline."""
+"""The order of threads without a priority of their own: by the time between jobs, or by the deadline."""
 ANY_PRIORITY = "any"
 """Asks for the best order."""
 

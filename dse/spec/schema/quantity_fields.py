@@ -14,7 +14,7 @@ from dse.support import units
 from dse.support.units import QuantityKind, Rounding, UnitError
 
 OFFSET_WORDS = ("any", "unknown")
-"""What may stand where an offset does: the search decides on the grid, or it is constant and nobody knows it."""
+"""Words in place of an offset: the search decides on the grid, or it is constant and nobody knows it."""
 
 
 def _offset(value: Any) -> int | str:

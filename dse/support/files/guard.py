@@ -1,4 +1,4 @@
-"""What a run reads and writes, so that no output takes the place of an input or of another output.
+"""The files that a run reads and writes, so that no output takes the place of an input or of another output.
 
 Files are distinguished by device and inode, not by the spelling of their paths; files that do not exist yet by their
 place in their folder. A run of the command line has one guard, set by `guarding`; everything that `dse.support.files`
@@ -55,7 +55,7 @@ class Guard:
     outputs: dict[Key, str] = field(default_factory=dict)
     renewed: set[Key] = field(default_factory=set)
     standard_input: bytes | None = None
-    """What was read there, so that it can be read again."""
+    """The content that was read there, so that it can be read again."""
 
     def note(self, path: PathLike, what: str = "a file") -> None:
         """An input, and what it is.

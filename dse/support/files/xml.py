@@ -16,11 +16,11 @@ DEEPEST = 200
 BYTE_ORDER_MARKS = ((codecs.BOM_UTF8, "utf-8"), (codecs.BOM_UTF16_LE, "utf-16-le"), (codecs.BOM_UTF16_BE, "utf-16-be"))
 _STATED = re.compile(rb"""<\?xml\s[^>]{0,200}?\bencoding\s*=\s*["']([\w.:-]{1,40})["']""")
 Start: TypeAlias = Callable[[str, Mapping[str, str], int], None]
-"""What an element begins with: its name, its attributes, its line."""
+"""The function for the beginning of an element: its name, its attributes, its line."""
 
 
 End: TypeAlias = Callable[[str, str, int], None]
-"""What an element ends with: its name, the last characters in it, the line of its end."""
+"""The function for the end of an element: its name, the last characters in it, the line of its end."""
 TEXT_LENGTH = 100
 """The number of characters of an element that are kept, the last ones: it has a number, or nobody asks."""
 

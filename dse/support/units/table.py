@@ -214,7 +214,7 @@ DURATION = QuantityKind("a duration", "10 ms", TIME)
 PERIOD = QuantityKind("a period", "10 ms", TIME)
 TIME_RANGE = QuantityKind("a time range", "243 us .. 1.3 ms", TIME)
 TRANSMISSION = QuantityKind("a time range", "87 ns .. 95.5 ns", TIME)
-"""What a message or a byte of it takes: bytes are many, so that these times are kept exactly, however fine."""
+"""The time for a message or a byte of it: bytes are many, so that these times are kept exactly, however fine."""
 SIZE = QuantityKind("a data size", "30 B", DATA)
 SIZE_RANGE = QuantityKind("a range of data sizes", "1 B .. 3 KB", DATA)
 BANDWIDTH = QuantityKind("a bandwidth", "125 kbit/s", DATA_RATE)

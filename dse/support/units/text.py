@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from fractions import Fraction
 from functools import cache, lru_cache
 from math import ceil
@@ -156,6 +157,16 @@ def format_count(count: int) -> str:
     ('9 600', 'about 10^20')
     """
     return f"{count:,}".replace(",", " ") if count < 10**15 else f"about 10^{len(str(count)) - 1}"
+
+
+def first_of(items: Sequence[str], most: int, aside: str = "", join: str = ", ") -> str:
+    """The first `most` items of a list with commas, and the number of the others; `aside` says where these are.
+
+    >>> first_of(["a", "b", "c"], 2), first_of(["a", "b"], 2), first_of(["a", "b", "c"], 1, " (--all)")
+    ('a, b and 1 more', 'a, b', 'a and 2 more (--all)')
+    """
+    left = len(items) - most
+    return join.join(items[:most]) + (f" and {left} more{aside}" if left > 0 else "")
 
 
 def count_words(count: int, noun: str) -> str:

@@ -15,7 +15,7 @@ from ortools.sat.python import cp_model
 
 from dse.analysis.limits import Limit, keeps_cores
 from dse.analysis.measures import Term
-from dse.analysis.placement.bin_packing import Room, Work
+from dse.analysis.placement.bin_packing import PackedItem, Room
 from dse.analysis.placement.partition import partition
 from dse.analysis.views import View
 from dse.space.model.space import Space
@@ -184,7 +184,7 @@ def may_fit(table: CoreTable, left: Sequence[Sequence[int]]) -> bool:
 @lru_cache(maxsize=1024)
 def may_pack(threads: tuple[tuple[int, frozenset[int]], ...], count: int, room: int) -> bool:
     """Whether threads may fit on a number of cores, each with its use and its possible cores; False is a proof."""
-    work = [Work(Fraction(use), [core - 1 for core in sorted(cores) if core <= count]) for use, cores in threads]
+    work = [PackedItem(Fraction(use), [core - 1 for core in sorted(cores) if core <= count]) for use, cores in threads]
     return partition(work, [Fraction(0)] * count, Room(Fraction(room))).status != "none"
 
 

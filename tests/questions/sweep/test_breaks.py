@@ -12,7 +12,7 @@ import pytest
 
 from dse.cli.main import run
 from dse.questions.problem import changed, loads
-from dse.questions.question import Changes
+from dse.questions.question import QuestionChanges
 from dse.questions.sweep.axes import LimitAxis, limited, read_axis, read_limit_axis
 from dse.questions.sweep.break_points import break_points
 from dse.questions.sweep.fronts import front_outcome
@@ -103,7 +103,7 @@ def test_lower_limits_are_swept_from_the_other_side() -> None:
 def test_the_limit_of_the_file_gives_way() -> None:
     """The varied limit stands in the place of every other on the same metric, which would hide what lies beyond it."""
     problem = example("inmark_chapter2")
-    tighter = changed(problem, Changes(limits=[("jitter", "f_gnss_lat=60 ms")]))
+    tighter = changed(problem, QuestionChanges(limits=[("jitter", "f_gnss_lat=60 ms")]))
     axis = read_axis(problem, Inputs(merged_data(problem)), "jitter of f_gnss_lat=1ms..900ms")
     assert isinstance(axis, LimitAxis)
     assert break_points(tighter.space, axis, 0) == break_points(problem.space, axis, 0)

@@ -9,7 +9,7 @@ from typing import Any
 from dse.answers.exports.aadl.names import extra, quoted, times
 from dse.answers.exports.aadl.package import ComponentDraft, kind_of
 from dse.answers.exports.aadl.paths import PathStep, placed_flows, stated_in, steps_of, whole_path
-from dse.importers.aadl.ours import OURS
+from dse.importers.aadl.property_set import OURS
 from dse.support.errors import UsageError
 
 

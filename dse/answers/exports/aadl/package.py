@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 
-from dse.importers.aadl.ours import OURS
+from dse.importers.aadl.property_set import OURS
 
 
 @dataclass

@@ -9,7 +9,7 @@ import click
 
 from dse.cli.common import ExistingPath, check_writable, in_time, load_told, tell_carried, write_text
 from dse.cli.grouping import GroupedCommand
-from dse.cli.saying import tell
+from dse.cli.printing import tell
 from dse.support.errors import UsageError, about
 
 if TYPE_CHECKING:
@@ -23,7 +23,7 @@ MOST_LOOKED_AT = 4000
 FILE = ExistingPath(dir_okay=False, allow_dash=True)
 
 
-class Alternative(click.ParamType[tuple[str, str]]):
+class AlternativeId(click.ParamType[tuple[str, str]]):
     """A result file and the id of an alternative in it: ``RESULT.json#ID``, or the file alone."""
 
     name = "result"
@@ -37,7 +37,7 @@ class Alternative(click.ParamType[tuple[str, str]]):
 
 
 @click.command("export", cls=GroupedCommand)
-@click.argument("result", metavar="RESULT#ID", type=Alternative())
+@click.argument("result", metavar="RESULT#ID", type=AlternativeId())
 @click.option("--alternative", metavar="ID", help="The id, where RESULT alone is given: the same as RESULT#ID.")
 @click.option(
     "--format", "form", type=click.Choice(FORMATS), default="problem", show_default=True, help="What to write."
@@ -115,7 +115,7 @@ def _write_pinning(path: Path, text: str) -> None:
 
 def _write_property_set(output: Path, text: str) -> None:
     """OSATE wants one package or property set in a file: the one that the model uses stands beside it."""
-    from dse.importers.aadl.ours import OURS, TEXT
+    from dse.importers.aadl.property_set import OURS, TEXT
 
     path = output.parent / f"{OURS}.aadl"
     if f", {OURS};" not in text or path == output or (path.is_file() and path.read_text(encoding="utf-8") == TEXT):

@@ -11,7 +11,7 @@ import click
 from dse.cli.common import ExistingPath, all_option, check_writable, console, in_time, json_option, screen_lines
 from dse.cli.grouping import GroupedCommand
 from dse.cli.pages import answer, page_path, report_option, write_page_figures
-from dse.cli.saying import say
+from dse.cli.printing import say
 
 REST = "-o FILE writes the catalogue, with every remark, for problem files to include; --all prints it."
 

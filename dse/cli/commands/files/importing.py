@@ -8,7 +8,7 @@ import click
 
 from dse.cli.common import ExistingPath, all_option, check_writable, in_time, write_text
 from dse.cli.grouping import GroupedCommand
-from dse.cli.saying import in_a_line, tell
+from dse.cli.printing import in_a_line, tell
 from dse.importers.registry import importers
 
 REPEATED = ("library",)

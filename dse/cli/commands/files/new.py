@@ -11,7 +11,7 @@ import click
 from dse.cli.common import ExistingPath, check_writable, write_text
 from dse.cli.completion import examples
 from dse.cli.grouping import GroupedCommand
-from dse.cli.saying import in_a_line, say, tell
+from dse.cli.printing import in_a_line, say, tell
 from dse.examples.shipped import example_files, example_path
 from dse.support.errors import UsageError
 from dse.support.files.reading import MOST_BYTES, beginning
@@ -118,7 +118,7 @@ def _is_given(ctx: click.Context, option: str) -> bool:
 
 
 def _write_deciding(path: Path, options: Mapping[str, str], file: str | None, force: bool) -> int:
-    from dse.examples.deciding import deciding_text
+    from dse.examples.model_decisions import deciding_text
 
     target = file or f"{path.resolve().stem}-decisions.yaml"
     folder = Path() if target == "-" else Path(target).parent

@@ -12,7 +12,7 @@ from dse.importers.aadl.document.hardware import Sheet
 from dse.importers.aadl.document.values import number_text, size_of, speed_mips, time_range
 from dse.importers.aadl.instance.instance import Instance
 from dse.importers.aadl.instance.model import InstanceModel
-from dse.importers.aadl.instance.properties import Found, reference_in
+from dse.importers.aadl.instance.properties import FoundProperty
 from dse.importers.registry import Key, Place
 
 HARDWARE = ("bus", "virtual bus", "processor", "virtual processor", "memory", "data")
@@ -22,7 +22,7 @@ HOLDING = ("memory", "system", "processor", "virtual processor", "abstract")
 SIZES = (("size", "Memory_Size", ""), ("ram", "RAMCapacity", "SEI"), ("rom", "ROMCapacity", "SEI"))
 BUDGETS = (("ram", "RAMBudget"), ("rom", "ROMBudget"))
 NS_OF_MIPS = 1000
-"""A MIPS is one instruction in so many ns."""
+"""Nanoseconds that an instruction takes at 1 MIPS."""
 
 
 class BudgetWriter:
@@ -73,7 +73,7 @@ class BudgetWriter:
             self.places["memories", self._name(item)] = item.place
         return sheet.result()
 
-    def _size(self, sheet: Sheet, field: str, value: Found | None, name: str) -> None:
+    def _size(self, sheet: Sheet, field: str, value: FoundProperty | None, name: str) -> None:
         span = self.model.read(value, size_of, name)
         sheet.put(field, value, span.text if span is not None and span.high > 0 else None)
 
@@ -107,16 +107,10 @@ class BudgetWriter:
         if count:
             sheet.put("instructions", stated, f"{number_text(count)} IPD")
             return
-        reference = properties.of(item, "Reference_Processor")
-        named = reference_in(reference.value) if reference is not None else None
-        classifier = self.model.library.find(named, reference.package) if named is not None and reference else None
         execution = properties.of(item, "Compute_Execution_Time")
         span = self.model.read(execution, time_range, "Compute_Execution_Time")
-        if classifier is None or span is None:
-            return
-        hardware = self.components.hardware
-        speed = hardware.speed(hardware.standing(self.model.flattener.flat(classifier)))
-        if speed and span.high > 0:
+        speed = self.components.hardware.reference_speed(item)
+        if speed and span is not None and span.high > 0:
             sheet.put("instructions", execution, f"{number_text(span.high * Fraction(speed) / NS_OF_MIPS)} IPD")
 
     def _sizes_used(self, sheet: Sheet, item: Instance) -> None:
@@ -133,7 +127,7 @@ class BudgetWriter:
         code, used = self._first_size(item, "Code_Size")
         sheet.put("rom_used", code, f"{number_text(Fraction(-(-used // 1)))} B" if used else None)
 
-    def _first_size(self, item: Instance, name: str) -> tuple[Found | None, Fraction]:
+    def _first_size(self, item: Instance, name: str) -> tuple[FoundProperty | None, Fraction]:
         """A size in bytes, as stated of the component or of its source text."""
         for one in (name, f"Source_{name}"):
             value = self.model.properties.of(item, one)

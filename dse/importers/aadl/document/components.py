@@ -24,8 +24,8 @@ from dse.importers.aadl.instance.flows import EndToEnd, Stop
 from dse.importers.aadl.instance.inheritance import Flat
 from dse.importers.aadl.instance.instance import Instance
 from dse.importers.aadl.instance.model import InstanceModel
-from dse.importers.aadl.instance.properties import Found, reference_in
-from dse.importers.aadl.ours import OURS
+from dse.importers.aadl.instance.properties import FoundProperty
+from dse.importers.aadl.property_set import OURS
 from dse.importers.aadl.syntax.tree import Path
 from dse.importers.registry import STORED_PORTS, Key, Place
 
@@ -149,7 +149,7 @@ class ComponentWriter:
         if parameters:
             sheet.fields["parameters"] = parameters
 
-    def _parameter(self, stated: Mapping[str, Found | None]) -> dict[str, str]:
+    def _parameter(self, stated: Mapping[str, FoundProperty | None]) -> dict[str, str]:
         """The range and the value of a parameter, as far as both are numbers and the value is within the range."""
         unit = self.model.read(stated["Measurement_Unit"], text_of, "Measurement_Unit") or ""
         unit = unit if _UNIT.fullmatch(unit) else ""
@@ -257,7 +257,7 @@ class ComponentWriter:
             self.model.library.remark(text, component.place, about=component.title)
         return scaled
 
-    def _stated(self, component: Instance, name: str, group: str) -> list[Found]:
+    def _stated(self, component: Instance, name: str, group: str) -> list[FoundProperty]:
         """The values on the processor types of the problem."""
         flats = self.hardware.type_flats.values()
         values = [self.model.properties.of(component, name, group, flat) for flat in flats]
@@ -283,13 +283,8 @@ class ComponentWriter:
 
     def _scaled(self, span: Span, component: Instance, type_name: str, flat: Flat | None) -> str:
         """By (MIPS of the reference processor) / (MIPS of the type), in whole ns, pessimistically rounded."""
-        reference = self.model.properties.of(component, "Reference_Processor")
-        named = reference_in(reference.value) if reference is not None else None
-        classifier = self.model.library.find(named, reference.package) if named is not None and reference else None
-        if classifier is None:
-            return span.text
-        own = self.hardware.speed(self.hardware.standing(self.model.flattener.flat(classifier)))
-        there = self.hardware.mips(type_name)
+        own = self.hardware.reference_speed(component)
+        there = self.hardware.mips(type_name) if own else None
         if not own or not there or own == there:
             return span.text
         factor = Fraction(own) / Fraction(there)
@@ -305,7 +300,7 @@ class ComponentWriter:
                 self._latencies[component] = span.text
                 return
 
-    def _specified(self, stop: Stop) -> tuple[Found | None, Span | None]:
+    def _specified(self, stop: Stop) -> tuple[FoundProperty | None, Span | None]:
         """The Latency of the flow specification of a stop, else of the component."""
         properties, latency = self.model.properties, None
         if stop.spec is not None:

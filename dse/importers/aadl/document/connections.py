@@ -24,8 +24,8 @@ from dse.importers.aadl.instance.connections import ConnectionInstance
 from dse.importers.aadl.instance.flows import EndToEnd
 from dse.importers.aadl.instance.instance import Instance
 from dse.importers.aadl.instance.model import InstanceModel
-from dse.importers.aadl.instance.properties import Found, paths_in
-from dse.importers.aadl.ours import OURS
+from dse.importers.aadl.instance.properties import FoundProperty, paths_in
+from dse.importers.aadl.property_set import OURS
 from dse.importers.aadl.syntax.predeclared import DATA_RATE_UNITS
 from dse.importers.aadl.syntax.tree import Number, Path, Range, Record, Word, without_places
 from dse.importers.registry import Key, Place
@@ -214,7 +214,7 @@ class ConnectionWriter:
             self.model.library.remark(text, item.wires[0].member.item.place, about=start)
         return of_type if own is None else own
 
-    def _property(self, item: ConnectionInstance, name: str, group: str = "") -> Found | None:
+    def _property(self, item: ConnectionInstance, name: str, group: str = "") -> FoundProperty | None:
         """A property of the declared connections that it is made of: as in OSATE, of the one nearest to the source."""
         stated = (self.model.properties.of_member(wire.context, wire.member, name, group) for wire in item.wires)
         values = [one for one in stated if one is not None]
@@ -225,7 +225,7 @@ class ConnectionWriter:
             self.model.library.remark(text, values[0].place)
         return values[0] if values else None
 
-    def _is_same(self, one: Found, other: Found) -> bool:
+    def _is_same(self, one: FoundProperty, other: FoundProperty) -> bool:
         if paths_in(one.value) and paths_in(other.value):
             return self.model.targets(one) == self.model.targets(other)
         return without_places(one.value) == without_places(other.value)
@@ -272,7 +272,7 @@ class ConnectionWriter:
         source = item.source if item.source is not None else self.model.root
         properties = self.model.properties
 
-        def of(name: str, group: str = "") -> Found | None:
+        def of(name: str, group: str = "") -> FoundProperty | None:
             return self._property(item, name, group) or properties.of_feature(source, item.source_path, name, group)
 
         data = of("Data_Rate", "SEI")
@@ -287,7 +287,7 @@ class ConnectionWriter:
         elif messages is None:
             self._output_rate(sheet, source, of("Output_Rate"))
 
-    def _output_rate(self, sheet: Sheet, source: Instance, rate: Found | None) -> None:
+    def _output_rate(self, sheet: Sheet, source: Instance, rate: FoundProperty | None) -> None:
         """The largest Output_Rate, in a second or for each dispatch; one message for each dispatch is the default."""
         if rate is None or not isinstance(rate.value, Record):
             return

@@ -23,19 +23,19 @@ from dse.importers.aadl.document.values import (
 from dse.importers.aadl.instance.inheritance import Flat
 from dse.importers.aadl.instance.instance import Instance
 from dse.importers.aadl.instance.model import CARRIERS, InstanceModel
-from dse.importers.aadl.instance.properties import Found, references_in
-from dse.importers.aadl.ours import OURS
-from dse.importers.aadl.syntax.tree import Listed, Record, Reference, Text
+from dse.importers.aadl.instance.properties import FoundProperty, reference_in, references_in
+from dse.importers.aadl.property_set import OURS
+from dse.importers.aadl.syntax.tree import Listed, Record, Reference, StringLiteral
 from dse.importers.registry import Key, Place
 
 MEDIA = (*CARRIERS, "processor", "virtual processor", "device", "memory", "system", "process", "abstract")
-"""What a connection may be bound to: OSATE counts the transmission time and latency of each."""
+"""Categories to which a connection may be bound: OSATE counts the transmission time and latency of each."""
 PERIODIC = ("bus", "virtual bus", "virtual processor", "device", "system", "process", "abstract")
 """The media whose Period samples."""
 SPEEDS = (("MIPSCapacity", "SEI"), ("Processor_Capacity", ""))
-"""What says how fast a processor is, the first first."""
+"""Properties that state the speed of a processor, in the order in which they count."""
 OF_PARTITIONS = (*SPEEDS, ("MIPSBudget", "SEI"))
-"""What says how much of one a virtual processor has."""
+"""Properties that state the share of a processor that a virtual processor has."""
 
 
 class Sheet:
@@ -49,7 +49,7 @@ class Sheet:
         self.sources: list[str] = []
         self.bases: dict[str, Instance] = {}
 
-    def put(self, name: str, stated: Found | None, value: Any) -> None:
+    def put(self, name: str, stated: FoundProperty | None, value: Any) -> None:
         """A field, where there is a value."""
         if stated is None or value is None:
             return
@@ -58,20 +58,20 @@ class Sheet:
         self.sources.append(f"{name} {told(stated)}")
         self.bases[name] = stated.base
 
-    def read(self, name: str, stated: Found | None, reader: Callable[[Any], Any], what: str) -> Any:
+    def read(self, name: str, stated: FoundProperty | None, reader: Callable[[Any], Any], what: str) -> Any:
         """A field by its reader; a `Span` gives its text."""
         value = self.model.read(stated, reader, what)
         self.put(name, stated, value.text if isinstance(value, Span) else value)
         return value
 
-    def extra(self, association: Found | None) -> None:
+    def extra(self, association: FoundProperty | None) -> None:
         """Further fields of ours, ``key: value``, each a text of a list."""
         if association is None:
             return
         items = association.value.items if isinstance(association.value, Listed) else (association.value,)
         for item in items:
             try:
-                stated = yaml.safe_load(item.text) if isinstance(item, Text) else None
+                stated = yaml.safe_load(item.text) if isinstance(item, StringLiteral) else None
             except yaml.YAMLError:
                 stated = None
             if not isinstance(stated, dict):
@@ -119,7 +119,14 @@ class HardwareWriter:
         """The speed of a processor in MIPS, or None."""
         return self._stated_speed(component, *SPEEDS)[1]
 
-    def _stated_speed(self, component: Instance, *names: tuple[str, str]) -> tuple[Found | None, Any]:
+    def reference_speed(self, component: Instance) -> Any:
+        """The speed in MIPS of the processor for which the execution times of a component are stated, or None."""
+        reference = self.model.properties.of(component, "Reference_Processor")
+        named = reference_in(reference.value) if reference is not None else None
+        classifier = self.model.library.find(named, reference.package) if named is not None and reference else None
+        return None if classifier is None else self.speed(self.standing(self.model.flattener.flat(classifier)))
+
+    def _stated_speed(self, component: Instance, *names: tuple[str, str]) -> tuple[FoundProperty | None, Any]:
         """The first of these properties that gives a speed, and that in MIPS."""
         for name, group in names:
             speed = self.model.properties.of(component, name, group)
@@ -202,7 +209,7 @@ class HardwareWriter:
             media = [around]
         return media
 
-    def protocols(self, value: Found | None) -> list[str]:
+    def protocols(self, value: FoundProperty | None) -> list[str]:
         """The names of the types of virtual buses that a Required_Virtual_Bus_Class lists."""
         names = []
         for reference in [] if value is None else references_in(value.value):
@@ -316,7 +323,7 @@ class HardwareWriter:
         protocol = self.model.properties.of(component, "Broadcast_Protocol", "SEI")
         return component.category in CARRIERS and protocol is not None and is_true(protocol.value)
 
-    def _transmission(self, sheet: Sheet, time: Found | None) -> None:
+    def _transmission(self, sheet: Sheet, time: FoundProperty | None) -> None:
         """``[Fixed => …; PerByte => …;]``; a time of 0 or less is none for OSATE."""
         if time is None:
             return
@@ -328,7 +335,7 @@ class HardwareWriter:
             value = time.value.get(field)
             if value is None:
                 continue
-            inner = Found(value, time.place, time.base, time.package, time.via)
+            inner = FoundProperty(value, time.place, time.base, time.package, time.via)
             span = self.model.read(inner, time_range, f"Transmission_Time, {field}")
             if span is None:
                 continue

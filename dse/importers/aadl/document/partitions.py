@@ -9,12 +9,12 @@ from dse.importers.aadl.document.hardware import OF_PARTITIONS, HardwareWriter, 
 from dse.importers.aadl.document.values import Span, number_text, time_range
 from dse.importers.aadl.instance.instance import Instance
 from dse.importers.aadl.instance.model import InstanceModel
-from dse.importers.aadl.instance.properties import Found
+from dse.importers.aadl.instance.properties import FoundProperty
 from dse.importers.aadl.syntax.tree import Listed, Record
 from dse.importers.registry import Key, Place
 
 MODULES = ("processor", "abstract")
-"""What a virtual processor has its frame and its windows from."""
+"""Categories from which a virtual processor has its frame and its windows."""
 
 
 class PartitionWriter:
@@ -65,7 +65,7 @@ class PartitionWriter:
         module = next((item for item in bound if item is not partition), partition.parent)
         return module if module is not None and module.category in MODULES else None
 
-    def _windows(self, schedule: Found | None) -> list[tuple[list[Instance], Fraction]]:
+    def _windows(self, schedule: FoundProperty | None) -> list[tuple[list[Instance], Fraction]]:
         """The windows that are of a partition, in order, each with its length in ns."""
         if schedule is None:
             return []
@@ -82,11 +82,11 @@ class PartitionWriter:
             windows.append((targets, sum((span.high for span in spans if span is not None), Fraction(0))))
         return windows
 
-    def _inner(self, schedule: Found, value: Any) -> Found:
-        return Found(value, schedule.place, schedule.base, schedule.package, schedule.via)
+    def _inner(self, schedule: FoundProperty, value: Any) -> FoundProperty:
+        return FoundProperty(value, schedule.place, schedule.base, schedule.package, schedule.via)
 
     def _scheduled(
-        self, sheet: Sheet, partition: Instance, schedule: Found, windows: list[tuple[list[Instance], Fraction]]
+        self, sheet: Sheet, partition: Instance, schedule: FoundProperty, windows: list[tuple[list[Instance], Fraction]]
     ) -> None:
         """The first window of a partition, which begins when those before it end."""
         start = Fraction(0)

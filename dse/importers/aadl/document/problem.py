@@ -21,14 +21,14 @@ from dse.importers.aadl.instance.connections import ConnectionInstance
 from dse.importers.aadl.instance.flows import EndToEnd, Stop, UnreadFlow, grouped
 from dse.importers.aadl.instance.instance import Instance
 from dse.importers.aadl.instance.model import InstanceModel, libraries
-from dse.importers.aadl.ours import OURS
+from dse.importers.aadl.property_set import OURS
 from dse.importers.registry import Key, Place
 
 PROFILE = "osate-2.19"
 WORKING = ("thread", "device")
 
 
-class Writer:
+class ProblemWriter:
     """Makes the document of one model; `places` tell where its values stand."""
 
     def __init__(self, model: InstanceModel, path: FilePath, options: Mapping[str, Any]) -> None:

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 
-from dse.importers.aadl.instance.properties import Found
+from dse.importers.aadl.instance.properties import FoundProperty
 from dse.importers.aadl.syntax.predeclared import (
     DATA_RATE_UNITS,
     MESSAGE_RATE_UNITS,
@@ -16,7 +16,7 @@ from dse.importers.aadl.syntax.predeclared import (
     SPEED_UNITS,
     TIME_UNITS,
 )
-from dse.importers.aadl.syntax.tree import Listed, Number, Range, Text, Value, Word
+from dse.importers.aadl.syntax.tree import Listed, Number, Range, StringLiteral, Value, Word
 from dse.importers.registry import Place
 
 _DECIMAL = re.compile(r"-?[0-9]{1,30}(\.[0-9]{1,30})?")
@@ -154,7 +154,7 @@ def word(value: Value) -> str:
 
 def text_of(value: Value) -> str:
     """A text in quotes."""
-    if isinstance(value, Text):
+    if isinstance(value, StringLiteral):
         return value.text
     raise WrongKindError("a text in quotes")
 
@@ -169,7 +169,7 @@ def shown_place(place: Place) -> str:
     return f"{place.file.rpartition('/')[2]}:{place.line}"
 
 
-def told(value: Found) -> str:
+def told(value: FoundProperty) -> str:
     """The origin of a value, in words."""
     return shown_place(value.place) + (" (inherited)" if value.via == "inherited" else "")
 
@@ -186,5 +186,5 @@ def plain_range(value: Value) -> tuple[Fraction, Fraction]:
 def first_number(value: Value) -> Fraction | None:
     """The number in a list of one text, such as an Initial_Value; None where that is none."""
     items = value.items if isinstance(value, Listed) else (value,)
-    text = items[0].text.strip() if len(items) == 1 and isinstance(items[0], Text) else ""
+    text = items[0].text.strip() if len(items) == 1 and isinstance(items[0], StringLiteral) else ""
     return Fraction(text) if _DECIMAL.fullmatch(text) else None

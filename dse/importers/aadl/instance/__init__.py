@@ -9,7 +9,7 @@ Read `model.py` first: it builds everything below in order and offers it in one 
 * `properties.py`: the value of a property, by the rules of AADL (AS5506, section 11.3).
 * `connections.py`: connections from end to end, across feature groups and levels.
 * `flows.py`: end-to-end flows, flattened.
-* `unread.py`: a remark for each property that nothing reads.
+* `unread_properties.py`: a remark for each property that nothing reads.
 
 Not allowed here: sections and keys of problem files; those belong to `document`.
 """

@@ -10,16 +10,16 @@ from itertools import product
 from dse.importers.aadl.instance.inheritance import Flat, Flattener, Member
 from dse.importers.aadl.instance.instance import Instance, is_active, size_of_dimension
 from dse.importers.aadl.instance.library import Library
-from dse.importers.aadl.instance.properties import Found, Properties
+from dse.importers.aadl.instance.properties import FoundProperty, Properties
 from dse.importers.aadl.syntax.tree import Connection, Feature, Listed, Number, Path, Record, Value, Word
 from dse.importers.allowance import spend
 
 ENDS = ("thread", "device", "processor", "virtual processor", "data", "memory", "bus", "virtual bus", "subprogram")
 """Categories whose features are always the ends of connections."""
 CALLING = ("thread", "subprogram")
-"""What may connect the subprograms that it calls, which are not read."""
+"""Categories that may connect the subprograms that they call; such connections are not read."""
 PIECES = 50
-"""What a feature counts of the allowance."""
+"""The share of the allowance that a feature takes."""
 MAX_DEPTH = 20
 MAX_INSTANCES = 200_000
 TURNED = {"in": "out", "out": "in", "provides": "requires", "requires": "provides"}
@@ -39,7 +39,7 @@ class Leaf:
 
 
 @dataclass(frozen=True)
-class Wire:
+class Declared:
     """A declared connection in the component that declares it."""
 
     context: Instance
@@ -57,7 +57,7 @@ class ConnectionInstance:
     source_path: Path
     target: Instance | None
     target_path: Path
-    wires: tuple[Wire, ...]
+    wires: tuple[Declared, ...]
 
 
 Node = tuple[Instance, Path]
@@ -71,7 +71,7 @@ def _indices(value: Value | None) -> tuple[int, ...] | None:
 
 
 NO_MORE = (("",), ())
-"""What a path that names one feature leaves of it (see `beyond`)."""
+"""The rest of a feature behind a path that names it (see `beyond`)."""
 
 
 def beyond(path: Path, feature: Path) -> Path | None:
@@ -163,8 +163,8 @@ class Wiring:
         self.library = library
         self.features = features
         self.properties = properties
-        self._edges: dict[Node, list[tuple[Wire, Node]]] = defaultdict(list)
-        self._entered: dict[Node, list[Wire]] = defaultdict(list)
+        self._edges: dict[Node, list[tuple[Declared, Node]]] = defaultdict(list)
+        self._entered: dict[Node, list[Declared]] = defaultdict(list)
         for component in (root, *root.below()):
             self._declare(component)
         self.instances = list(self._instances(root))
@@ -179,7 +179,7 @@ class Wiring:
                 self._expand(context, member)
 
     def _expand(self, context: Instance, member: Member[Connection]) -> None:
-        wire = Wire(context, member)
+        wire = Declared(context, member)
         sources, targets = (self._ends(context, member, path) for path in (member.item.source, member.item.target))
         for source, target in self._paired(wire, sources, targets):
             for one, other in self._leaves(member, source, target):
@@ -218,7 +218,7 @@ class Wiring:
     def _has(self, component: Instance, name: str) -> bool:
         return component.flat is not None and name.partition("[")[0] in component.flat.features
 
-    def _paired(self, wire: Wire, sources: list[Node], targets: list[Node]) -> Iterator[tuple[Node, Node]]:
+    def _paired(self, wire: Declared, sources: list[Node], targets: list[Node]) -> Iterator[tuple[Node, Node]]:
         """Which elements of arrays are connected: by Connection_Set and Connection_Pattern, else one to one."""
         least, most = sorted((len(sources), len(targets)))
         stated = self.properties.of_member(wire.context, wire.member, "Connection_Set") if least and most > 1 else None
@@ -229,7 +229,7 @@ class Wiring:
             yield from (pair for pair in self._patterned(wire, pattern, sources, targets) if pair not in listed)
 
     def _listed(
-        self, wire: Wire, stated: Found, sources: list[Node], targets: list[Node]
+        self, wire: Declared, stated: FoundProperty, sources: list[Node], targets: list[Node]
     ) -> Iterator[tuple[Node, Node]]:
         """The pairs of a Connection_Set, which names elements by their indices."""
         records = stated.value.items if isinstance(stated.value, Listed) else (stated.value,)
@@ -246,7 +246,7 @@ class Wiring:
                 yield ends[0], ends[1]
 
     def _patterned(
-        self, wire: Wire, stated: Found | None, sources: list[Node], targets: list[Node]
+        self, wire: Declared, stated: FoundProperty | None, sources: list[Node], targets: list[Node]
     ) -> Iterator[tuple[Node, Node]]:
         if len(sources) == 1 or len(targets) == 1:
             yield from ((one, other) for one in sources for other in targets)
@@ -352,7 +352,7 @@ class Wiring:
 
     def _traced(self, root: Instance, start: Node, context: Instance) -> Iterator[ConnectionInstance]:
         """Every way from a source along connections to where it ends."""
-        stack: list[tuple[Node, Instance, tuple[Wire, ...]]] = [(start, context, ())]
+        stack: list[tuple[Node, Instance, tuple[Declared, ...]]] = [(start, context, ())]
         while stack:
             node, here, wires = stack.pop()
             spend(1 + len(wires))
@@ -374,6 +374,6 @@ class Wiring:
                 else:
                     stack.append((other, after, (*wires, wire)))
 
-    def _instance(self, root: Instance, start: Node, end: Node, wires: tuple[Wire, ...]) -> ConnectionInstance:
+    def _instance(self, root: Instance, start: Node, end: Node, wires: tuple[Declared, ...]) -> ConnectionInstance:
         source, target = (None if item[0] is root else item[0] for item in (start, end))
         return ConnectionInstance(source, start[1], target, end[1], wires)

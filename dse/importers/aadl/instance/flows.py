@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 from itertools import chain, product
 from typing import TypeAlias
 
-from dse.importers.aadl.instance.connections import ConnectionInstance, Wire, Wiring, beyond
+from dse.importers.aadl.instance.connections import ConnectionInstance, Declared, Wiring, beyond
 from dse.importers.aadl.instance.inheritance import Member
 from dse.importers.aadl.instance.instance import Instance, is_active
 from dse.importers.aadl.instance.library import Library
@@ -90,7 +90,7 @@ class _Through:
     place: Place
 
 
-Element: TypeAlias = Stop | Wire | _Through
+Element: TypeAlias = Stop | Declared | _Through
 Steps: TypeAlias = tuple[Stop | ConnectionInstance, ...]
 
 
@@ -108,7 +108,7 @@ class _Partial:
 
     at: int
     previous: Stop | None
-    wires: tuple[Wire, ...]
+    wires: tuple[Declared, ...]
     steps: Steps
 
 
@@ -184,7 +184,7 @@ class Flows:
         key = tuple(name.lower() for name in path)
         is_end = number in (0, len(member.item.elements) - 1)
         if len(key) == 1 and key[0] in context.flat.connections:
-            wire = Wire(context, context.flat.connections[key[0]])
+            wire = Declared(context, context.flat.connections[key[0]])
             if not is_active(wire.member.item.modes, context.mode):
                 raise _Inactive(f"connection {wire.member.item.name}")
             yield (wire,)
@@ -291,7 +291,7 @@ class Flows:
     def _next(self, context: Instance, element: Element, partial: _Partial) -> Iterator[_Partial]:
         """A flow with one element more, once for each connection that leads there."""
         at, previous, wires = partial.at + 1, partial.previous, partial.wires
-        if isinstance(element, Wire):
+        if isinstance(element, Declared):
             yield replace(partial, at=at, wires=(*wires, element))
             return
         ways: Sequence[ConnectionInstance | None] = (None,)
@@ -324,7 +324,7 @@ class Flows:
             return connections
         return [*connections, *(item for one in stop.component.below() for item in self._by_source.get(one, ()))]
 
-    def _between(self, one: Stop, other: Stop | _Through, wires: Sequence[Wire]) -> list[ConnectionInstance]:
+    def _between(self, one: Stop, other: Stop | _Through, wires: Sequence[Declared]) -> list[ConnectionInstance]:
         """The connections over some declared ones that continue a flow, by the features that it names."""
         candidates = [item for item in self._from(one) if _runs(item, wires) and _leads(one.exit, item.source_path)]
         if isinstance(other, _Through):
@@ -348,7 +348,7 @@ class Flows:
         ends = ".".join((*other.component.path, *other.entry))
         raise _Broken(f"{names} does not lead from {'.'.join((*one.component.path, *one.exit))} to {ends}")
 
-    def _from_outside(self, stop: Stop, wires: Sequence[Wire]) -> list[ConnectionInstance]:
+    def _from_outside(self, stop: Stop, wires: Sequence[Declared]) -> list[ConnectionInstance]:
         connections = [
             item for item in self._by_source.get(None, ())
             if item.target is stop.component and _runs(item, wires) and _leads(stop.entry, item.target_path)
@@ -386,7 +386,7 @@ def _reached(way: ConnectionInstance | None, through: _Through) -> Stop:
     return Stop(way.target, None, through.place)
 
 
-def _runs(item: ConnectionInstance, wires: Sequence[Wire]) -> bool:
+def _runs(item: ConnectionInstance, wires: Sequence[Declared]) -> bool:
     """Whether a connection runs over all of some declared ones."""
     return all(wire in item.wires for wire in wires)
 

@@ -17,7 +17,7 @@ from dse.support.errors import ProblemError
 MAX_DEPTH = 40
 MAX_INSTANCES = 200_000
 PIECES = 10
-"""What a component counts of the allowance."""
+"""The share of the allowance that a component takes."""
 HARDWARE = ("processor", "virtual processor", "bus", "virtual bus", "memory")
 
 

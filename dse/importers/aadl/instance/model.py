@@ -14,8 +14,8 @@ from dse.importers.aadl.instance.flows import EndToEnd, Flows, UnreadFlow
 from dse.importers.aadl.instance.inheritance import Flat, Flattener
 from dse.importers.aadl.instance.instance import Instance, Instantiator
 from dse.importers.aadl.instance.library import Library, load_library
-from dse.importers.aadl.instance.properties import Found, Properties, paths_in
-from dse.importers.aadl.ours import OURS
+from dse.importers.aadl.instance.properties import FoundProperty, Properties, paths_in
+from dse.importers.aadl.property_set import OURS
 from dse.importers.aadl.syntax.tokens import finding
 from dse.importers.aadl.syntax.tree import Classifier, Number, Path, Reference
 from dse.importers.registry import Place
@@ -43,7 +43,7 @@ class InstanceModel:
     unread: list[UnreadFlow]
     _names: dict[Instance, str] = field(default_factory=dict)
 
-    def read(self, value: Found | None, reader: Callable[..., T], name: str) -> T | None:
+    def read(self, value: FoundProperty | None, reader: Callable[..., T], name: str) -> T | None:
         """A value of its kind; None where there is none, or, with a finding, where it is of another kind.
 
         `reader` converts a value; its `WrongKindError` becomes a located mistake.
@@ -82,7 +82,7 @@ class InstanceModel:
         value = self.properties.of(component, name, OURS)
         return value is not None and is_true(value.value)
 
-    def targets(self, value: Found | None) -> list[Instance]:
+    def targets(self, value: FoundProperty | None) -> list[Instance]:
         """The components that a binding refers to; a reference that leads nowhere is a remark.
 
         Each once, in the order of the property; used for bindings to processors, buses and memories.

@@ -1,4 +1,4 @@
-"""What a property of a component, feature, connection or flow is, and where that stands.
+"""Values of the properties of components, features, connections and flows, with their places.
 
 The rules of AADL (AS5506, section 11.3): what an enclosing component says with ``applies to`` goes first, the outermost
 before those within; then the declaration of the subcomponent, the implementation, those that it extends, the type;
@@ -43,7 +43,7 @@ DATA_TYPE = "data type"
 
 
 @dataclass(frozen=True)
-class Found:
+class FoundProperty:
     """A value, where it stands, the component that its paths begin at and the package whose names it uses.
 
     `via` tells how it came there: ``own``, ``inherited`` from a component around, or ``default``.
@@ -57,7 +57,7 @@ class Found:
 
 
 @dataclass(frozen=True, slots=True)
-class Stated:
+class OwnedProperty:
     """An association and what it is of: a category of components, a `FEATURE`, a `MEMBER` or a `DATA_TYPE`."""
 
     holder: str
@@ -79,7 +79,7 @@ class Properties:
         self.root = root
         self.asked: set[tuple[str, str, str]] = set()
         self.data_types: dict[int, Flat] = {}
-        """What was looked up: of what (see `Stated`), the name, and the set where that must be named."""
+        """The look-ups so far: the holder (see `OwnedProperty`), the name, and the set where that must be named."""
         self._contained: dict[tuple[Instance, Path], list[tuple[Owned, Instance]]] = defaultdict(list)
         for component in (root, *root.below()):
             for owned, base in contained(component):
@@ -104,7 +104,7 @@ class Properties:
 
     # --- who has it ---------------------------------------------------------------------------------------------
 
-    def of(self, component: Instance, name: str, group: str = "", bound: Flat | None = None) -> Found | None:
+    def of(self, component: Instance, name: str, group: str = "", bound: Flat | None = None) -> FoundProperty | None:
         """The property of a component; `group` is its set where it must be named (``SEI``).
 
         `bound` is the processor that it runs on: values stated ``in binding`` of another do not count.
@@ -137,10 +137,10 @@ class Properties:
         associations = [item for item in self._contained.get(target, ()) if _is(item[0], name, group)]
         yield from sorted(associations, key=lambda item: len(item[1].path))
 
-    def of_feature(self, component: Instance, path: Path, name: str, group: str = "") -> Found | None:
+    def of_feature(self, component: Instance, path: Path, name: str, group: str = "") -> FoundProperty | None:
         """The property of a feature; `path` leads through feature groups.
 
-        A `Found` with value and place: associations with ``applies to`` from outside first, then the feature's own.
+        A `FoundProperty` with value and place: first associations with ``applies to`` from outside, then its own.
         """
         self._ask(FEATURE, name, group)
         key = tuple(item.lower() for item in path)
@@ -158,7 +158,7 @@ class Properties:
         member: Member[Connection] | Member[FlowSpec] | Member[Flow],
         name: str,
         group: str = "",
-    ) -> Found | None:
+    ) -> FoundProperty | None:
         """The property of a connection, flow specification or end-to-end flow that is declared in a component.
 
         A connection inherits from the component.
@@ -173,19 +173,19 @@ class Properties:
             return None if around is None else replace(around, via="inherited")
         return own
 
-    def of_classifier(self, owned: Iterable[Owned], component: Instance, name: str, group: str = "") -> Found | None:
+    def of_classifier(self, owned: Iterable[Owned], component: Instance, name: str) -> FoundProperty | None:
         """The property of a classifier that is no component, such as the data type of a port."""
-        own = [item for item in owned if not item.association.applies and _is(item, name.lower(), group.lower())]
+        own = [item for item in owned if not item.association.applies and _is(item, name.lower(), "")]
         return self._first(((item, component, "own") for item in own), component)
 
     # --- which value --------------------------------------------------------------------------------------------
 
     def _first(
         self, associations: Iterable[tuple[Owned, Instance, str]], component: Instance, bound: Flat | None = None
-    ) -> Found | None:
+    ) -> FoundProperty | None:
         """The value that goes first, with what it is appended to."""
-        appended: list[Found] = []
-        last: Found | None = None
+        appended: list[FoundProperty] = []
+        last: FoundProperty | None = None
         spend()
         for owned, base, via in associations:
             if owned.association.binding and not self._is_in_binding(owned, bound):
@@ -193,14 +193,14 @@ class Properties:
             value = self._in_mode(owned, base)
             if value is None:
                 continue
-            one = Found(value, owned.association.place, base, owned.package, via)
+            one = FoundProperty(value, owned.association.place, base, owned.package, via)
             if owned.association.appends:
                 appended.append(one)
                 continue
             last = one
             break
         if not appended:
-            return last and self.evaluated(last, component)
+            return last and replace(last, value=self._evaluated(last.value, last, component, 0))
         chosen = ([last] if last is not None else []) + appended[::-1]
         items = [
             item for one in chosen for item in (one.value.items if isinstance(one.value, Listed) else (one.value,))
@@ -226,30 +226,30 @@ class Properties:
 
     # --- what stands there ----------------------------------------------------------------------------------------
 
-    def stated(self) -> Iterator[Stated]:
+    def stated(self) -> Iterator[OwnedProperty]:
         """Every association in the tree, with what it is of."""
         for component in (self.root, *self.root.below()):
             groups = [component.flat.properties] if component.flat is not None else []
             groups += [component.declared.properties] if component.declared is not None else []
             for group in groups:
-                yield from (Stated(component.category, one) for one in group if not one.association.applies)
+                yield from (OwnedProperty(component.category, one) for one in group if not one.association.applies)
             if component.flat is None:
                 continue
             for feature in component.flat.features.values():
-                yield from (Stated(FEATURE, one) for one in feature.properties if not one.association.applies)
+                yield from (OwnedProperty(FEATURE, one) for one in feature.properties if not one.association.applies)
             flat = component.flat
             implementations = [one for several in flat.implementations.values() for one in several]
             for members in (flat.specs.values(), flat.connections.values(), flat.flows.values(), implementations):
                 for member in members:
-                    yield from (Stated(MEMBER, one) for one in member.properties if not one.association.applies)
+                    yield from (OwnedProperty(MEMBER, one) for one in member.properties if not one.association.applies)
         for (target, key), associations in self._contained.items():
             is_feature = bool(key) and target.flat is not None and key[0].partition("[")[0] in target.flat.features
             holder = (FEATURE if is_feature else MEMBER) if key else target.category
-            yield from (Stated(holder, one) for one, _ in associations)
+            yield from (OwnedProperty(holder, one) for one, _ in associations)
         for flat in self.data_types.values():  # those that messages have
-            yield from (Stated(DATA_TYPE, one) for one in flat.properties if not one.association.applies)
+            yield from (OwnedProperty(DATA_TYPE, one) for one in flat.properties if not one.association.applies)
 
-    def is_asked(self, stated: Stated) -> bool:
+    def is_asked(self, stated: OwnedProperty) -> bool:
         """Whether something looked it up.
 
         Properties that are never looked up are remarked as not understood.
@@ -266,11 +266,9 @@ class Properties:
         property_set = self.library.sets.get(group)
         return bool(property_set and name in property_set.definitions and property_set.definitions[name].inherit)
 
-    def evaluated(self, value: Found, component: Instance, steps: int = 0) -> Found:
+    def _evaluated(self, value: Value, association: FoundProperty, component: Instance, steps: int) -> Value:
         """The value with the constants and properties that it names."""
-        return replace(value, value=self._evaluated(value.value, value, component, steps))
 
-    def _evaluated(self, value: Value, association: Found, component: Instance, steps: int) -> Value:
         def again(inner: Value) -> Value:
             return self._evaluated(inner, association, component, steps + 1)
 
@@ -291,7 +289,7 @@ class Properties:
                 return Listed(tuple(again(inner) for inner in items), place)
         return value
 
-    def _named(self, word: Word, association: Found, component: Instance, steps: int) -> Value:
+    def _named(self, word: Word, association: FoundProperty, component: Instance, steps: int) -> Value:
         """A constant of a property set, another property of the component, or the word itself: a literal."""
         key = word.name.lower()
         group = self.library.sets.get(word.package.lower()) if word.package else None

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import NoReturn
 
-from dse.importers.aadl.syntax.tokens import Text, Token, finding
+from dse.importers.aadl.syntax.tokens import SourceText, Token, finding
 from dse.importers.aadl.syntax.tree import Path, Reference
 from dse.importers.allowance import spend
 from dse.importers.registry import Place
@@ -18,7 +18,7 @@ class Cursor:
     Recursive descent with a look-ahead of any length; keys are tokens in small letters.
     """
 
-    def __init__(self, text: Text) -> None:
+    def __init__(self, text: SourceText) -> None:
         self.text = text
         self.tokens: Sequence[Token] = list(text.tokens())
         self.at = 0

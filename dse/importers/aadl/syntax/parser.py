@@ -18,7 +18,7 @@ from dse.importers.aadl.syntax.sections import (
     read_bindings,
     read_section,
 )
-from dse.importers.aadl.syntax.tokens import Text, finding
+from dse.importers.aadl.syntax.tokens import SourceText, finding
 from dse.importers.aadl.syntax.tree import Classifier, Definition, Package, PropertySet, Rename, Unit, Value
 from dse.importers.aadl.syntax.values import read_association, read_value
 from dse.support.errors import Diagnostic, ProblemError
@@ -44,7 +44,7 @@ def parse(text: str, file: str) -> Parsed:
     >>> print(parse("package p public device gnss is end gnss; end p;", "p.aadl").findings[0])
     p.aadl:1:30: expected features, flows, modes, properties or "end", got "is"
     """
-    source = Text(file, text)
+    source = SourceText(file, text)
     try:
         parser = _Parser(Cursor(source))
     except ProblemError as error:

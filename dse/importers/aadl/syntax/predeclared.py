@@ -1,4 +1,4 @@
-"""What every AADL model knows without declaring it: predeclared property sets, their units, and Base_Types.
+"""Declarations that every AADL model has: predeclared property sets, their units, and Base_Types.
 
 Only what the analyses read is here: which set a property is in, whether a component inherits it, and its unit's worth.
 """

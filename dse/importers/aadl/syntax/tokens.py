@@ -25,7 +25,7 @@ _TOKEN = re.compile(
 )
 END = "the end of the file"
 PIECES = 10
-"""What a token counts of the allowance."""
+"""The share of the allowance that a token takes."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,7 +41,7 @@ class Token:
     offset: int
 
 
-class Text:
+class SourceText:
     """The text of one AADL file, with the places of its offsets."""
 
     def __init__(self, file: str, text: str) -> None:

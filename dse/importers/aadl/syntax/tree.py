@@ -40,7 +40,7 @@ class Number:
 
 
 @dataclass(frozen=True, slots=True)
-class Text:
+class StringLiteral:
     """A text in quotes, or ``true`` or ``false`` as it stands."""
 
     text: str
@@ -110,7 +110,7 @@ class Computed:
     place: Place = HERE
 
 
-Value: TypeAlias = Number | Text | Range | Listed | Record | Referred | Classified | Word | Computed
+Value: TypeAlias = Number | StringLiteral | Range | Listed | Record | Referred | Classified | Word | Computed
 
 
 def without_places(value: Value) -> Value:

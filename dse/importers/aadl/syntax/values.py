@@ -19,7 +19,7 @@ from dse.importers.aadl.syntax.tree import (
     Record,
     Reference,
     Referred,
-    Text,
+    StringLiteral,
     Value,
     Word,
 )
@@ -31,7 +31,7 @@ MOST_DIGITS = 60
 
 
 def _text_within(quoted: str) -> str:
-    """What is between quotes: a quote is doubled, as the standard has it, or behind a backslash, as OSATE has it."""
+    """The text between quotes: a quote is doubled, as the standard has it, or behind a backslash, as OSATE has it."""
     return _ESCAPED.sub(lambda text: _MEANT.get(text[1], text[1]) if text[1] else '"', quoted)
 
 
@@ -122,7 +122,7 @@ def _operand(cursor: Cursor) -> Value:
         return _number(cursor)
     if token.kind == "string":
         cursor.take()
-        return Text(_text_within(token.text[1:-1]), place)
+        return StringLiteral(_text_within(token.text[1:-1]), place)
     if token.key in ("true", "false"):
         cursor.take()
         return Word("", token.key, False, place)

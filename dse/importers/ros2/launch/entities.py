@@ -6,23 +6,22 @@ The tree is the one of launch's own front ends (the package launch_xml, launch_y
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
-from xml.parsers import expat
 
 from dse.importers.allowance import at, spend
 from dse.importers.ros2.launch.substitutions import Context
 from dse.importers.ros2.yaml_places import LocatedFile, LocatedValue
 from dse.support.errors import Diagnostic, ProblemError
 from dse.support.files.reading import UnreadableFileError, read_text
+from dse.support.files.xml import walk
 
 MOST_BYTES = 1_000_000
 DEEPEST = 60
 WHAT = "a launch file"
 PIECES = 10
-"""What a part of a launch file counts of the allowance."""
+"""The share of the allowance that a part of a launch file takes."""
 
 
 @dataclass
@@ -81,30 +80,19 @@ def read_xml(path: Path) -> Entity:
     ProblemError
         when it is no launch file.
     """
-    text = text_of(path)
     top = Entity("", 0)
     open_ = [top]
-    parser = expat.ParserCreate("utf-8")  # whatever encoding it states: it is text by now
 
-    def start(name: str, attributes: dict[str, str]) -> None:
-        if len(open_) > DEEPEST:
-            raise problem(path, f"more than {DEEPEST} levels", parser.CurrentLineNumber)
-        with at(path, parser.CurrentLineNumber):
-            item = Entity(name.replace("-", "_"), parser.CurrentLineNumber, dict(attributes))
+    def start(name: str, attributes: Mapping[str, str], line: int) -> None:
+        with at(path, line):
+            item = Entity(name.replace("-", "_"), line, dict(attributes))
         open_[-1].children.append(item)
         open_.append(item)
 
-    def refuse(*_: Any) -> None:
-        raise problem(path, "a document type is not expected here", parser.CurrentLineNumber)
+    def end(*_: object) -> None:
+        open_.pop()
 
-    parser.StartElementHandler = start
-    parser.EndElementHandler = lambda name: open_.pop()
-    parser.StartDoctypeDeclHandler = refuse
-    try:
-        parser.Parse(text.encode(), True)
-    except expat.ExpatError as error:
-        words, line = expat.ErrorString(error.code), error.lineno
-        raise problem(path, f"not XML: {words}", line, error.offset + 1, "is it cut off?") from None
+    walk(path, text_of(path), start, end, DEEPEST)
     [root] = top.children
     if root.kind != "launch":
         raise problem(path, f"expected <launch>, got <{root.kind[:40]}>", root.line)

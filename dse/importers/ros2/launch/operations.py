@@ -1,4 +1,4 @@
-"""What Python's operators and methods make of values of which some are not known."""
+"""Python's operators and methods on values of which some are not known."""
 
 from __future__ import annotations
 

@@ -41,7 +41,7 @@ LONGEST_NS = 10**15
 
 
 @dataclass(frozen=True)
-class Parameter:
+class NodeParameter:
     """A parameter with its text, the file and the line where it stands."""
 
     name: str
@@ -57,7 +57,7 @@ class Timer:
     `stated` tells that the user's mapping names it; else the name was recognised.
     """
 
-    parameter: Parameter
+    parameter: NodeParameter
     unit: str
     period_ns: int
     stated: bool
@@ -78,7 +78,7 @@ class Timer:
 
 
 @dataclass(frozen=True)
-class Stated:
+class TimerParameter:
     """The user's own mapping: parameters, of some nodes where `node` says which, and their unit."""
 
     node: str
@@ -86,11 +86,11 @@ class Stated:
     unit: str
 
 
-def stated_timers(text: str | None) -> list[Stated] | str:
+def stated_timers(text: str | None) -> list[TimerParameter] | str:
     """The parameters that `--timers` names, or a text that says what is wrong with it.
 
     >>> stated_timers("fps, /cam:grab.period_ms [ms]")
-    [Stated(node='', name='fps', unit='Hz'), Stated(node='/cam', name='grab.period_ms', unit='ms')]
+    [TimerParameter(node='', name='fps', unit='Hz'), TimerParameter(node='/cam', name='grab.period_ms', unit='ms')]
     >>> stated_timers("a [km]")
     "'a [km]': expected the name of a parameter, with its node before it (/cam:fps) and its unit after it (fps [Hz])"
     """
@@ -103,7 +103,7 @@ def stated_timers(text: str | None) -> list[Stated] | str:
             words = "expected the name of a parameter, with its node before it (/cam:fps) and its unit after it"
             return f"{part.strip()!r}: {words} (fps [Hz])"
         unit = match["unit"] or KNOWN.get(match["name"]) or _unit_of(match["name"])
-        timers.append(Stated(match["node"] or "", match["name"], unit))
+        timers.append(TimerParameter(match["node"] or "", match["name"], unit))
     return timers
 
 
@@ -156,12 +156,12 @@ class ParameterFile:
         """The full names that it has, without those with wildcards."""
         return list(dict.fromkeys(name for name, _ in self.entries if "*" not in name))
 
-    def of(self, node: str) -> list[Parameter]:
+    def of(self, node: str) -> list[NodeParameter]:
         """The parameters of a node by its full name; a later one of the same name counts.
 
         In the order of the file; wildcard entries count as well.
         """
-        parameters: dict[str, Parameter] = {}
+        parameters: dict[str, NodeParameter] = {}
         spend(1 + len(self._with_stars))
         with_stars = [number for number in self._with_stars if is_named(node, self.entries[number][0])]
         named = [] if "*" in node else self._by_name.get(node, [])
@@ -171,13 +171,13 @@ class ParameterFile:
                 parameters[parameter.name] = parameter
         return list(parameters.values())
 
-    def _flat(self, place: LocatedValue, prefix: str) -> Iterator[Parameter]:
+    def _flat(self, place: LocatedValue, prefix: str) -> Iterator[NodeParameter]:
         for key, value in (place.data or {}).items():
             name = f"{prefix}{key}"
             if isinstance(value.data, dict):
                 yield from self._flat(value, f"{name}.")
             elif isinstance(value.data, str):
-                yield Parameter(name, value.text, str(self.path), value.line)
+                yield NodeParameter(name, value.text, str(self.path), value.line)
 
 
 def is_named(node: str, pattern: str) -> bool:
@@ -222,7 +222,9 @@ def is_like(text: str, pattern: str, least: int = 0) -> bool:
     return text.endswith(rest[-1]) and len(text) - len(rest[-1]) >= position + least
 
 
-def timers_of(node: str, parameters: Sequence[Parameter], stated: Sequence[Stated]) -> tuple[list[Timer], list[str]]:
+def timers_of(
+    node: str, parameters: Sequence[NodeParameter], stated: Sequence[TimerParameter]
+) -> tuple[list[Timer], list[str]]:
     """The parameters of a node that are those of timers, and remarks on the others.
 
     Parameters are recognised by their last name (`KNOWN`), unless `stated` has the user's own mapping.
@@ -244,7 +246,7 @@ def timers_of(node: str, parameters: Sequence[Parameter], stated: Sequence[State
     return timers, remarks
 
 
-def _is_meant(item: Stated, node: str, name: str) -> bool:
+def _is_meant(item: TimerParameter, node: str, name: str) -> bool:
     return (not item.node or is_named(node, item.node)) and (item.name == name or is_like(name, item.name))
 
 

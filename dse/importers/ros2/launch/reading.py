@@ -9,20 +9,20 @@ from typing import Any, TypeAlias
 
 from dse.importers.allowance import allowed, at, spend
 from dse.importers.registry import NODES, PUBLISHERS, Imported
-from dse.importers.ros2.launch.parameters import ParameterFile, Stated, stated_timers, timers_of
+from dse.importers.ros2.launch.parameters import ParameterFile, TimerParameter, stated_timers, timers_of
 from dse.importers.ros2.launch.running import Launch, Started, joined
 from dse.importers.ros2.packages import Packages
-from dse.importers.ros2.system import Callback, Group, System, Wire, Writer, seen_among
+from dse.importers.ros2.system import Callback, Group, Message, System, SystemWriter, seen_among
 from dse.importers.ros2.yaml_places import LocatedFile, LocatedValue
 from dse.support.errors import Diagnostic, UsageError
 from dse.support.files.reading import real
 
 SINGLE, SEVERAL, APART, ISOLATED = "one thread", "several threads", "a thread for each node", "callback-isolated"
 Seen: TypeAlias = Mapping[tuple[str, str], Sequence[str]]
-"""What publishes a topic of a node by a trace: `PUBLISHERS`."""
+"""The publishers of a topic of a node by a trace, as the option `PUBLISHERS` has them."""
 INPUTS, OUTPUTS = ("input", "inputs", "in"), ("output", "outputs", "out")
 PIECES = 20
-"""What a callback, or a connection to one, counts of the allowance."""
+"""The share of the allowance that a callback, or a connection to one, takes."""
 LEFT_OUT = "not static, left out"
 MOST_TOLD = 40
 BY_NAMES = (
@@ -53,7 +53,7 @@ def _read(path: Path, options: Mapping[str, Any]) -> Imported:
         file.wrong(LocatedValue({}, 1, 0), "it starts no node that is known without launching it")
         file.mistakes += list(launch.told)[:MOST_TOLD]
         file.check()
-    writer = Writer(file, system, options, "launch file")
+    writer = SystemWriter(file, system, options, "launch file")
     document = writer.document()
     if system.wires:
         document["assumptions"].append(BY_NAMES)
@@ -90,12 +90,10 @@ def _read_parameters(path: Path, options: Mapping[str, Any]) -> Imported:
         file.wrong(LocatedValue({}, 1, 0), words, "name them: --timers 'fps [Hz], /cam:grab.period_ms [ms]'")
         file.mistakes += list(file.remarks)[:MOST_TOLD]
     file.check()
-    writer = Writer(file, system, options, "parameter file of ROS 2")
-    document = writer.document()
-    return Imported(document, tuple(file.remarks), writer.places, writer.entities())
+    return SystemWriter(file, system, options, "parameter file of ROS 2").imported()
 
 
-def _stated(options: Mapping[str, Any]) -> list[Stated]:
+def _stated(options: Mapping[str, Any]) -> list[TimerParameter]:
     timers = stated_timers(options.get("timers"))
     if isinstance(timers, str):
         raise UsageError(f"--timers {timers}")
@@ -114,7 +112,7 @@ def _arguments(text: str | None) -> dict[str, str]:
     return arguments
 
 
-def _system(launch: Launch, file: LocatedFile, stated: Sequence[Stated], publishers: Seen) -> System:
+def _system(launch: Launch, file: LocatedFile, stated: Sequence[TimerParameter], publishers: Seen) -> System:
     system = System()
     outputs: dict[str, list[tuple[Started, list[Callback]]]] = {}
     of_containers: dict[str, list[tuple[Started, Group]]] = {}
@@ -146,7 +144,7 @@ def _tell(file: LocatedFile, node: Started, message: str, hint: str = "") -> Non
     file.tell(Diagnostic(message, "", str(node.file), node.line, 0, hint, severity="warning"))
 
 
-def _callbacks(node: Started, file: LocatedFile, stated: Sequence[Stated]) -> list[Callback]:
+def _callbacks(node: Started, file: LocatedFile, stated: Sequence[TimerParameter]) -> list[Callback]:
     """The timers of a node that its parameters state, and what it runs for its inputs; else one that is open."""
     callbacks = _timers(node, file, stated)
     for topic in _topics(node, INPUTS):
@@ -170,7 +168,7 @@ def _described(node: Started, topic: str) -> str:
     return "; ".join(part for part in parts if part)
 
 
-def _timers(node: Started, file: LocatedFile, stated: Sequence[Stated]) -> list[Callback]:
+def _timers(node: Started, file: LocatedFile, stated: Sequence[TimerParameter]) -> list[Callback]:
     last = {item.name: item for item in node.parameters}
     timers, remarks = timers_of(node.name, list(last.values()), stated)
     if remarks:
@@ -259,7 +257,7 @@ def _wires(
         for source in known or [None]:
             ends = f"{source.node if source is not None else ''}{target.node}" if several else ""
             words = f"topic {target.topic}, by the names of what is remapped"
-            system.wires.append(Wire(f"{target.topic}{ends}", target.place, source, target, words=words))
+            system.wires.append(Message(f"{target.topic}{ends}", target.place, source, target, words=words))
 
 
 def _publisher(node: Started, own: Sequence[Callback], target: Callback, file: LocatedFile) -> list[Callback]:

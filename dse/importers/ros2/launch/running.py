@@ -1,4 +1,4 @@
-"""What a launch file would start: nodes and containers with their names, remappings and parameters.
+"""Nodes and containers that a launch file would start, with their names, remappings and parameters.
 
 The rules are those of launch and launch_ros: a group keeps to itself what is set in it, an included file does not; an
 argument counts as the user or the including file gives it, else by its default. What only the launch decides is left
@@ -14,7 +14,7 @@ from pathlib import Path
 
 from dse.importers.allowance import TooMuchError, spend, too_much
 from dse.importers.ros2.launch.entities import Entity, problem, read_xml, read_yaml
-from dse.importers.ros2.launch.parameters import Parameter, ParameterFile
+from dse.importers.ros2.launch.parameters import NodeParameter, ParameterFile
 from dse.importers.ros2.launch.substitutions import IN_PYTHON, SHOWN, Context, NotStaticError, is_so, resolve
 from dse.importers.ros2.packages import Packages
 from dse.support.errors import Diagnostic, ProblemError, did_you_mean
@@ -28,12 +28,12 @@ MOST_NODES = 10_000
 NAMES = 8
 """The number of arguments kept by a group that count as one piece of the allowance."""
 PIECES = 20
-"""What a node counts of the allowance, besides its remappings and parameters."""
+"""The share of the allowance that a node takes, besides its remappings and parameters."""
 _PYTHON = re.compile(r"\$\(python ([^()]*)\)?")
 NODES = ("node", "lifecycle_node", "node_container", "composable_node")
 REFUSED = "not static, left out"
 TELLING = ("name", "exec", "plugin", "file", "namespace", "target")
-"""What tells one action of a kind from others."""
+"""The attributes that tell one action of a kind from others."""
 
 
 @dataclass
@@ -49,7 +49,7 @@ class Started:
     package: str
     executable: str
     remaps: list[tuple[str, str]]
-    parameters: list[Parameter]
+    parameters: list[NodeParameter]
     container: str = ""
     arguments: str = ""
 
@@ -60,7 +60,7 @@ class Scope:
 
     namespace: str = "/"
     remaps: tuple[tuple[str, str], ...] = ()
-    parameters: tuple[Parameter, ...] = ()
+    parameters: tuple[NodeParameter, ...] = ()
 
 
 @dataclass
@@ -328,9 +328,11 @@ class Launch:
             self.tell(context, action.line, words, HINTS.get(_reason(error), ""))
             return ""
 
-    def _parameters(self, items: Sequence[Entity], context: Context, node: str, prefix: str = "") -> list[Parameter]:
+    def _parameters(
+        self, items: Sequence[Entity], context: Context, node: str, prefix: str = ""
+    ) -> list[NodeParameter]:
         """Parameters in the order in which they count; those of files as far as they concern the node."""
-        parameters: list[Parameter] = []
+        parameters: list[NodeParameter] = []
         for item in items:
             try:
                 parameters += self._parameter(item, context, node, prefix)
@@ -340,7 +342,7 @@ class Launch:
                 self.tell(context, item.line, words, HINTS.get(_reason(error), ""))
         return parameters
 
-    def _parameter(self, item: Entity, context: Context, node: str, prefix: str) -> list[Parameter]:
+    def _parameter(self, item: Entity, context: Context, node: str, prefix: str) -> list[NodeParameter]:
         if not self._holds(item, context):
             return []
         if "from" in item.texts:
@@ -352,7 +354,7 @@ class Launch:
         nested = list(item.of("param"))
         if nested:
             return self._parameters(nested, context, node, f"{name}.")
-        return [Parameter(name, resolve(item.text("value"), context).strip(), str(context.file), item.line)]
+        return [NodeParameter(name, resolve(item.text("value"), context).strip(), str(context.file), item.line)]
 
     def _parameter_file(self, path: Path, context: Context, line: int) -> ParameterFile | None:
         if path not in self.parameter_files:

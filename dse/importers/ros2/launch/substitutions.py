@@ -17,7 +17,7 @@ from dse.importers.allowance import CHARACTERS, MOST_TEXT, spend, spend_text
 DEEPEST = 60
 """The greatest depth of substitutions and parentheses within each other."""
 HIDDEN = {ord("("): "\ue000", ord(")"): "\ue001"}
-"""What stands for parentheses of an expression within a substitution."""
+"""The placeholders of parentheses of an expression within a substitution."""
 SHOWN = {ord(hidden): chr(code) for code, hidden in HIDDEN.items()}
 IN_PYTHON = "in Python is only known at the launch"
 TRUE, FALSE = ("true", "1"), ("false", "0")

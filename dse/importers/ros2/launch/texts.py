@@ -15,7 +15,7 @@ from dse.importers.ros2.launch.actions import as_text
 from dse.importers.ros2.launch.operations import counted, is_open
 
 FILE = "$(filename)"
-"""What ``__file__`` is."""
+"""The substitution in place of ``__file__``."""
 SAFE = (
     *("lower", "upper", "title", "capitalize", "casefold", "swapcase", "strip", "lstrip", "rstrip"),
     *("startswith", "endswith", "removeprefix", "removesuffix", "split", "rsplit", "splitlines", "partition"),
@@ -24,7 +24,7 @@ SAFE = (
 )
 """Methods of a text whose result is about as long as the text."""
 SAME = ("__str__", "__fspath__", "as_posix", "resolve", "absolute", "expanduser", "abspath", "realpath", "normpath")
-"""What only says a path in other words."""
+"""Functions that only write a path in another way."""
 _FIELD = re.compile(r"\{\{|\}\}|\{(\w*)\}|[{}]")
 _PERCENT = re.compile(r"%%|%[sd]|%")
 
@@ -214,7 +214,7 @@ PARTS: Mapping[str, Callable[[str], Any]] = {
     "stem": _stem_of,
     "suffix": _suffix_of,
 }
-"""What an attribute of a path is."""
+"""Functions for the attributes of a path, by the name of the attribute."""
 OF_PATHS: Mapping[str, Callable[[Sequence[Any]], Any]] = {
     "join": _put_together,
     "dirname": lambda given: _parent_of(as_text(given[0])) if given else NotImplemented,

@@ -6,7 +6,7 @@ Read `first_screen.py` first, then `pages.py`.
 * `pages.py`: the longer pages for a terminal and for Markdown.
 * `document.py`: everything that is said of a front and of each design.
 * `decision.py`: the first screen of the HTML page: banner, cards, latencies by cause, limits.
-* `decide.py`: the data of the page's filters, and the price of insisting on an option.
+* `filters.py`: the data of the page's filters, and the price of insisting on an option.
 
 Not allowed here: HTML, Markdown or terminal codes.
 """

@@ -20,9 +20,11 @@ from dse.answers.contention_verdicts import Broken
 from dse.answers.designs import Point
 from dse.answers.ranking.reasons import Margin
 from dse.answers.tables.display import counted, display_unit, readable
-from dse.report.content.front.document import Alternative
+from dse.report.content.front.document import AlternativePage
 from dse.report.content.front.first_screen import Screen
 from dse.report.page import Text
+from dse.report.plots.design import drawn_ns
+from dse.report.plots.front import drawn_figures
 from dse.report.words.basis import counted_parts
 from dse.report.words.choice import beyond_words, margin_parts, short_metrics
 from dse.report.words.headline import found_words
@@ -31,15 +33,13 @@ from dse.space.model.metric_kinds import flows_in
 from dse.support.units import Exact, format_duration, is_unbounded
 
 if TYPE_CHECKING:
-    from dse.questions.beyond import Beyond
+    from dse.questions.beyond_limit import Beyond
 
 CAUSES = ("sampling", "execution", "waiting for the CPU", "middleware", "buses", "devices", "waiting for input")
-"""What a latency consists of, in the order of its bar."""
+"""The parts of a latency, in the order of its bar."""
 WITH_WAITING = ", with waiting"
 MOST_LIMITS = 8
 """The greatest number of limits of a design that have a bar, the nearest first."""
-SHAPES = 4
-"""Shapes and colours of kinds of designs; together they tell ``SHAPES ** 2`` kinds apart."""
 
 
 @dataclass(frozen=True)
@@ -148,7 +148,7 @@ def _figures(screen: Screen, point: Point | Beyond) -> Iterator[tuple[str, str]]
         yield short[info.name], counted(point.objectives[info.name], info.unit, screen.currency)
 
 
-def designs_data(screen: Screen, alternatives: Sequence[Alternative]) -> dict[str, Any]:
+def designs_data(screen: Screen, alternatives: Sequence[AlternativePage]) -> dict[str, Any]:
     """The data by which the page compares, filters and ranks designs.
 
     ``kinds`` has the points of each kind; ``designs`` by id: ``name``, ``kind``, ``limits`` as [name, share of the
@@ -183,15 +183,10 @@ def _beyond_record(screen: Screen) -> dict[str, Any] | None:
     item = screen.document.beyond
     if item is None or screen.warnings:
         return None
-    record: dict[str, Any] = {}
-    for axis, info in enumerate(screen.result.objectives):
-        value = item.objectives[info.name]
-        record[f"o{axis}"] = float(value / display_unit(info.unit, screen.currency)[0])
-        record[f"t{axis}"] = counted(value, info.unit, screen.currency)
-    return record
+    return drawn_figures(screen.result, item.objectives)
 
 
-def _bound(screen: Screen, name: str, unit: str, alternatives: Sequence[Alternative]) -> dict[str, Any] | None:
+def _bound(screen: Screen, name: str, unit: str, alternatives: Sequence[AlternativePage]) -> dict[str, Any] | None:
     """The tightest limit on an objective: as a number in the unit shown, as text, and whether it is an upper one."""
     margins = [m for m in alternatives[0].margins if m.requirement.metric.name == name and not m.thread]
     if not margins or margins[0].requirement.implied:
@@ -221,7 +216,7 @@ def steps(screen: Screen) -> list[tuple[str, str]]:
     return commands
 
 
-def _design(screen: Screen, item: Alternative, kind: int) -> dict[str, Any]:
+def _design(screen: Screen, item: AlternativePage, kind: int) -> dict[str, Any]:
     nearest: dict[tuple[str, str, bool], Margin] = {}
     for margin in item.margins:
         if margin.limit and margin.value and not margin.requirement.implied:
@@ -252,14 +247,14 @@ def _with_waiting(item: Broken, currency: str) -> tuple[str, float, str, str]:
 def _flow(flow: FlowTable, analysis: Analysis) -> list[Any]:
     """The worst-case latency of a flow by cause, its least and its greatest value; None where it has no bound."""
     if is_unbounded(flow.max_ns):
-        return [None, _number(flow.min_ns), None]
+        return [None, drawn_ns(flow.min_ns), None]
     times: dict[str, Exact] = dict.fromkeys(CAUSES, 0)
     view = View(analysis.design)
     execution = {item.name: item.worst_ns for responses in analysis.responses.values() for item in responses}
     for row in flow.rows:
         for cause, part in _by_cause(row, analysis, view, execution):
             times[cause] += part
-    return [[_number(times[cause]) for cause in CAUSES], _number(flow.min_ns), _number(flow.max_ns)]
+    return [[drawn_ns(times[cause]) for cause in CAUSES], drawn_ns(flow.min_ns), drawn_ns(flow.max_ns)]
 
 
 def _by_cause(row: Row, analysis: Analysis, view: View, execution: Mapping[str, Exact]) -> Iterator[tuple[str, Exact]]:
@@ -287,7 +282,3 @@ def _is_physical(row: Row, analysis: Analysis, view: View) -> bool:
     item = next((item for item in space.connections if item.name == row.contributor), None)
     stack = bus_stack(space, item, view) if item is not None else ()
     return any(not space.buses[bus].virtual for bus in stack)
-
-
-def _number(value_ns: Exact) -> int | float:
-    return int(value_ns) if value_ns == int(value_ns) else float(value_ns)

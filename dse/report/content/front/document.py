@@ -1,4 +1,4 @@
-"""What a report says, as plain texts: the same for HTML and Markdown, which only set it."""
+"""The contents of a report as plain texts, which HTML and Markdown only set."""
 
 from __future__ import annotations
 
@@ -17,24 +17,23 @@ from dse.answers.ranking.changes import changes_between
 from dse.answers.ranking.reasons import Margin, Reasoner
 from dse.answers.ranking.variants import varying
 from dse.answers.result import Result, decisions_of
-from dse.answers.tables.display import counted, display_unit
+from dse.answers.tables.display import counted
 from dse.report.content.analyse import flow_table, metric_table, tightest_limits, usage_tables, verdict_table
 from dse.report.content.explain import conflict_blocks
-from dse.report.content.front.decide import insisting_section
+from dse.report.content.front.filters import insisting_section
 from dse.report.page import NOTHING, Block, Section, Table
 from dse.report.plots.deadlines import deadline_records
 from dse.report.plots.design import usage_records, waterfall_records
-from dse.report.plots.front import front_records
+from dse.report.plots.front import drawn_figures, front_records
 from dse.report.words.basis import basis_words, scale_words
 from dse.report.words.clocks import boundary_table, by_flow, timeline_records
 from dse.report.words.contention import (
     asks_for_responses,
-    bound_words,
     broken_choice_words,
     bus_words,
     contention_words,
-    overhead_words,
     processing_words,
+    response_time_words,
     uncounted_words,
 )
 from dse.report.words.messages import bus_timelines, message_tables
@@ -61,12 +60,11 @@ from dse.report.words.scheduling import busy_timelines, response_tables
 from dse.space.model.space import Space
 from dse.space.model.trees import at
 from dse.support.timelimit import TimeLimit, in_force, look_at_the_clock
-from dse.support.units import is_unbounded
 from dse.support.units.text import count_words
 from dse.support.version import __version__
 
 if TYPE_CHECKING:
-    from dse.questions.beyond import Beyond
+    from dse.questions.beyond_limit import Beyond
     from dse.questions.verbs.feasible_designs import Feasible
 
 BEYOND_S = 5.0
@@ -101,7 +99,7 @@ class OthersPart:
 
 
 @dataclass(frozen=True)
-class Alternative:
+class AlternativePage:
     """Everything that is shown about one point of the front."""
 
     point: Point
@@ -127,7 +125,7 @@ class Alternative:
 class Document:
     """A result, ready to be set: built once, asked by the writers.
 
-    Parts are computed when they are first asked for and kept; `Alternative` objects are shared by the HTML page,
+    Parts are computed when they are first asked for and kept; `AlternativePage` objects are shared by the HTML page,
     Markdown and the terminal.
     """
 
@@ -135,7 +133,7 @@ class Document:
         self.result = result
         self.space: Space = result.space
         self.reasoner = Reasoner(result)
-        self._known: dict[int, Alternative] = {}
+        self._known: dict[int, AlternativePage] = {}
 
     @property
     def title(self) -> str:
@@ -160,13 +158,7 @@ class Document:
         """
         if self.reasoner.baseline is None:
             return None
-        record: dict[str, Any] = {"id": "baseline"}
-        for axis, info in enumerate(self.result.objectives):
-            value = self.reasoner.baseline[1][info.name]
-            factor, _ = display_unit(info.unit, self.space.currency)
-            record[f"o{axis}"] = None if is_unbounded(value) else float(value / factor)
-            record[f"t{axis}"] = counted(value, info.unit, self.space.currency)
-        return record
+        return {"id": "baseline", **drawn_figures(self.result, self.reasoner.baseline[1])}
 
     @cached_property
     def beyond(self) -> Beyond | None:
@@ -174,7 +166,7 @@ class Document:
 
         None where there is none, or where it was not proved in time.
         """
-        from dse.questions.beyond import beyond  # the solver, which a page without a front does not need
+        from dse.questions.beyond_limit import beyond  # the solver, which a page without a front does not need
 
         seconds = min(BEYOND_S, in_force().left_s / 2)
         return beyond(self.result, TimeLimit.after(seconds)) if seconds > 0 else None
@@ -192,11 +184,11 @@ class Document:
         return feasible_designs(self.result)
 
     @cached_property
-    def alternatives(self) -> tuple[Alternative, ...]:
+    def alternatives(self) -> tuple[AlternativePage, ...]:
         """Every point of the front, in the order of rank."""
         return tuple(map(self.alternative, self.result.front))
 
-    def alternative(self, point: Point) -> Alternative:
+    def alternative(self, point: Point) -> AlternativePage:
         """Everything that is said about a point of the front.
 
         Computed on the first call for a point: one analysis of the design, its reasons, tables and warnings.
@@ -204,11 +196,6 @@ class Document:
         if point.id not in self._known:
             self._known[point.id] = self._alternative(self.result.front.index(point))
         return self._known[point.id]
-
-    @property
-    def leading(self) -> list[Alternative]:
-        """The alternatives that are no variants of better-ranked ones, in the order of rank."""
-        return [item for item in self.alternatives if item.point.id not in self.result.variants]
 
     @property
     def summary(self) -> list[str]:
@@ -350,8 +337,7 @@ class Document:
         Sentences; some depend on the problem (buses without arbitration, overheads that are not stated), the others
         hold for every result.
         """
-        asks = asks_for_responses(self.space)
-        counted = f"{overhead_words(self.space)} {bound_words(self.space)}".rstrip() if asks else ""
+        counted = response_time_words(self.space) if asks_for_responses(self.space) else ""
         said = (
             bus_words(self.space),
             scale_words(self.space),
@@ -369,11 +355,11 @@ class Document:
             (info.name, counted(values[info.name], info.unit, self.space.currency)) for info in self.result.objectives
         ]
 
-    def _alternative(self, number: int) -> Alternative:
+    def _alternative(self, number: int) -> AlternativePage:
         look_at_the_clock()
         reasons = self.reasoner.reasons(number)
         analysis = reasons.analysis
-        return Alternative(
+        return AlternativePage(
             point=reasons.point,
             analysis=analysis,
             rank=rank_text(self.result, reasons.point.rank),

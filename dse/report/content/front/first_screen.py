@@ -10,8 +10,8 @@ from dse.answers.ranking.changes import counted_changes
 from dse.answers.ranking.kinds import Kind, kinds_of
 from dse.answers.result import Result
 from dse.answers.tables.display import column, titled
-from dse.report.content.front.decide import insisting_section
 from dse.report.content.front.document import Document, OthersPart
+from dse.report.content.front.filters import insisting_section
 from dse.report.page import NOTHING, Block, Page, Section, Table, Text, labelled, texts
 from dse.report.words.basis import scale_of, scale_words
 from dse.report.words.choice import (
@@ -27,7 +27,7 @@ from dse.report.words.choice import (
 )
 from dse.report.words.contention import waits_in_flows
 from dse.report.words.headline import (
-    Waiting,
+    WaitingNotes,
     counted_words,
     found_words,
     overload_words,
@@ -45,7 +45,7 @@ from dse.report.words.reasons import (
     unused_words,
 )
 from dse.report.words.reasons import counted_words as changes_counted_words
-from dse.support.units.text import count_words
+from dse.support.units.text import count_words, first_of
 
 TOP = 10
 MOST_ROWS = 8
@@ -95,7 +95,7 @@ class Screen:
         self.document, self.result, self.has_time = document, document.result, has_time
         self.kinds = kinds_of(self.result)
         self.names = Names(self.result, self.kinds)
-        self.waiting = Waiting(self.result)
+        self.waiting = WaitingNotes(self.result)
         self.currency = self.result.space.currency
         self.is_one_kind = len(self.kinds.kinds) == 1
         every = self.kinds.kinds
@@ -209,10 +209,8 @@ class Screen:
         differing = set(self.document.varying)
         names = [name for name in self.result.open_decisions if name in shared and name not in differing]
         names.sort(key=lambda name: name not in self.names.types)
-        options = [self.names.option(name, shared[name]) for name in names[:MOST_SAME]]
-        more = len(names) - len(options)
-        rest = f" and {more} more (--explain)" if more else ""
-        return f"Same in every design: {', '.join(options)}{rest}." if options else ""
+        options = [self.names.option(name, shared[name]) for name in names]
+        return f"Same in every design: {first_of(options, MOST_SAME, ' (--explain)')}." if options else ""
 
     @property
     def recommends(self) -> bool:
@@ -279,9 +277,8 @@ class Screen:
         """
         names = [name for name in self.result.open_decisions if name in point.decisions]
         names.sort(key=lambda name: name not in self.names.types)
-        options = [self.names.option(name, point.decisions[name]) for name in names[: 2 * MOST_SAME]]
-        more = len(names) - len(options)
-        return ", ".join(options) + (f" and {more} more (--explain)" if more else "")
+        options = [self.names.option(name, point.decisions[name]) for name in names]
+        return first_of(options, 2 * MOST_SAME, " (--explain)")
 
     def limits(self, points: Sequence[Point], *, with_baseline: bool) -> Iterator[Block]:
         """The nearest limits of designs, and what today's design is.

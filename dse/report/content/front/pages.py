@@ -7,17 +7,16 @@ from dataclasses import replace
 
 from dse.answers.designs import Point
 from dse.answers.result import Result
-from dse.report.content.front.decide import insisting_section
-from dse.report.content.front.document import Alternative, Document
+from dse.report.content.front.document import AlternativePage, Document
+from dse.report.content.front.filters import insisting_section
 from dse.report.content.front.first_screen import TOP, Screen, further_blocks
 from dse.report.page import Block, Page, Section, Text, labelled, listing, texts
 from dse.report.words.basis import basis_words, scale_words
 from dse.report.words.choice import beyond_words
 from dse.report.words.contention import (
     asks_for_responses,
-    bound_words,
-    overhead_words,
     processing_words,
+    response_time_words,
     waiting_words,
 )
 from dse.report.words.reasons import (
@@ -104,8 +103,7 @@ def _printed_summary(document: Document, screen: Screen) -> Section:
     effort = texts(effort_words(result))
     rules: list[Block] = []
     if result.front and not result.leaves_out_contention:
-        asks = asks_for_responses(result.space)
-        counted = f"{overhead_words(result.space)} {bound_words(result.space)}".rstrip() if asks else ""
+        counted = response_time_words(result.space) if asks_for_responses(result.space) else ""
         rules += texts(processing_words(result.problem.effective), counted)
     if result.front:
         rules += texts(waiting_words(result.space))
@@ -138,7 +136,7 @@ def _front_sections(document: Document, top: int | None, *, is_file: bool) -> It
         yield Section("others", "Further alternatives", tuple(texts(said)))
 
 
-def _alternative(item: Alternative) -> Section:
+def _alternative(item: AlternativePage) -> Section:
     """Why an alternative is there, and designs beside it."""
     figures = ", ".join(f"{name} {value}" for name, value in item.figures)
     reasons = labelled((sentence.label, sentence.text) for sentence in item.sentences)
@@ -147,7 +145,7 @@ def _alternative(item: Alternative) -> Section:
     return Section(f"alternative-{item.point.id}", title, blocks)
 
 
-def _details(item: Alternative) -> Section:
+def _details(item: AlternativePage) -> Section:
     """The tables of an alternative."""
     tables = (*(flow.table for flow in item.flows), *item.usage_tables, *item.responses)
     blocks = (item.decisions, item.requirements, *listing(item.warnings, "warning"), *tables)

@@ -1,4 +1,4 @@
-"""What is left of a file when what is wrong in it is taken out.
+"""The rest of a file without the parts that are wrong.
 
 The names in the rest are looked up all the same, so that a misspelt unit does not hide a misspelt name. What might
 follow from a part that is missing is not reported: see `Remains`.
@@ -20,7 +20,7 @@ from dse.support.errors import nearest
 MOST_PLACES = 200
 """With more mistakes than these nothing is salvaged: there is enough to do."""
 ROUNDS = 3
-"""Taking something out may leave a mapping that lacks a key: after so many attempts nothing is salvaged."""
+"""The greatest number of attempts: what is taken out may leave a mapping that lacks a key."""
 QUESTIONS = ("requirements", "rules", "objectives")
 NEEDED = {"dse": 1, "name": "?"}
 UNREADABLE = "?"

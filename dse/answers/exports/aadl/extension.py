@@ -9,6 +9,7 @@ from typing import Any
 
 from dse.analysis.diagnosis.front_verdicts import cores_of
 from dse.analysis.views import View
+from dse.answers.exports.aadl.message_sizes import ResizedPorts
 from dse.answers.exports.aadl.names import (
     applies_to,
     comment,
@@ -19,8 +20,7 @@ from dse.answers.exports.aadl.names import (
     times,
     written_range,
 )
-from dse.answers.exports.aadl.resized import ResizedPorts
-from dse.importers.aadl.document.problem import Writer
+from dse.importers.aadl.document.problem import ProblemWriter
 from dse.importers.aadl.instance.connections import ConnectionInstance
 from dse.importers.aadl.instance.instance import Instance
 from dse.importers.aadl.instance.model import InstanceModel
@@ -73,7 +73,7 @@ class ChosenModel:
     def __init__(
         self,
         model: InstanceModel,
-        writer: Writer,
+        writer: ProblemWriter,
         base: Side,
         chosen: Side,
         title: str,

@@ -7,8 +7,9 @@ import signal
 import sys
 import threading
 import time
+from typing import Self
 
-from dse.cli.saying import rewrite
+from dse.cli.printing import rewrite, tell
 
 STEP_S = 0.2
 """How often the line is written."""
@@ -29,7 +30,7 @@ class Working:
         self._ends: tuple[int, int] | None = None
         self._before = -1
 
-    def __enter__(self) -> Working:
+    def __enter__(self) -> Self:
         if self.live:
             if threading.current_thread() is threading.main_thread():
                 self._ends = os.pipe()
@@ -76,3 +77,19 @@ class Working:
             return self._ends is not None and signal.SIGINT in os.read(self._ends[0], 4096)
         except BlockingIOError:
             return False
+
+
+class Reporter(Working):
+    """Progress of a search or study: the line that moves, or plain lines every `step_s` seconds where there is none."""
+
+    def __init__(self, text: str, step_s: float, *, quiet: bool) -> None:
+        super().__init__(text, quiet=quiet)
+        self._quiet, self._step_s, self._said = quiet, step_s, time.monotonic()
+
+    def report(self, text: str, plain: str) -> None:
+        """Show a `text` in the line that moves; print it `plain` where there is none, unless that was done just now."""
+        self.text = text
+        now = time.monotonic()
+        if not self._quiet and not self.live and now - self._said >= self._step_s:
+            self._said = now
+            tell(plain)

@@ -1,9 +1,9 @@
-"""What the page needs to decide with: exact figures to filter by, options to insist on, the command to run else."""
+"""Data of the page of a front: exact figures to filter by, options to insist on, the command to run else."""
 
 from __future__ import annotations
 
 import shlex
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
@@ -13,6 +13,7 @@ from dse.answers.result import ObjectiveInfo, Result
 from dse.answers.tables.display import counted, display_unit, scaled_unit
 from dse.report.amounts import MOST_ROWS, amount_words
 from dse.report.page import NOTHING, Section, Table, texts
+from dse.report.plots.front import drawn_figures
 from dse.support.units import is_unbounded
 
 PER_CORE = "utilisation"
@@ -107,7 +108,7 @@ def _insist_data(result: Result) -> dict[str, Any]:
     listed = [(point.id, point.objectives, point.decisions) for point in result.front]
     listed += [(point.id, point.objectives, point.decisions) for point in result.insisting.points]
     points = [
-        {"id": number, **_figures(result.objectives, objectives, result), "decisions": dict(decisions)}
+        {"id": number, **drawn_figures(result, objectives), "decisions": dict(decisions)}
         for number, objectives, decisions in listed
     ]
     options = [
@@ -122,17 +123,6 @@ def _insist_data(result: Result) -> dict[str, Any]:
         for price in prices(result)
     ]
     return {"points": points, "options": options}
-
-
-def _figures(infos: Sequence[ObjectiveInfo], values: Mapping[str, int], result: Result) -> dict[str, Any]:
-    """Readable values and texts by objective, as `dse.report.plots.front.front_records` has them."""
-    figures: dict[str, Any] = {}
-    for axis, info in enumerate(infos):
-        value = values[info.name]
-        factor, _ = display_unit(info.unit, result.space.currency)
-        figures[f"o{axis}"] = None if is_unbounded(value) else float(value / factor)
-        figures[f"t{axis}"] = counted(value, info.unit, result.space.currency)
-    return figures
 
 
 def insist_choices(result: Result) -> list[tuple[str, list[tuple[int, str, str]]]]:

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from typing import Any
 
 from dse.answers.exports.aadl.budgets import state_budgets
-from dse.answers.exports.aadl.decided import Decided
+from dse.answers.exports.aadl.fixed_document import Decided
 from dse.answers.exports.aadl.flows import FlowWriter
 from dse.answers.exports.aadl.names import (
     bandwidth,
@@ -22,7 +22,7 @@ from dse.answers.exports.aadl.names import (
 )
 from dse.answers.exports.aadl.package import ComponentDraft, package_text, section_lines
 from dse.answers.exports.aadl.paths import entered_times
-from dse.importers.aadl.ours import OURS
+from dse.importers.aadl.property_set import OURS
 from dse.space.model.space import Design, Space
 from dse.space.question.settings import settings_of
 from dse.support.arguments import respelt

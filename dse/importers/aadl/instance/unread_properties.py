@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from dse.importers.aadl.instance.model import InstanceModel
-from dse.importers.aadl.instance.properties import Stated
-from dse.importers.aadl.ours import OURS
+from dse.importers.aadl.instance.properties import OwnedProperty
+from dse.importers.aadl.property_set import OURS
 from dse.importers.aadl.syntax.predeclared import STANDARD
 from dse.importers.aadl.syntax.tree import Listed, Value, Word
 
@@ -29,8 +29,8 @@ def tell(model: InstanceModel) -> None:
     Of sets that are not AADL's own for timing, communication, deployment and resources there is one remark for each
     set, with the names.
     """
-    standard: dict[tuple[str, str], list[Stated]] = {}
-    others: dict[str, list[Stated]] = {}
+    standard: dict[tuple[str, str], list[OwnedProperty]] = {}
+    others: dict[str, list[OwnedProperty]] = {}
     read = {(name, group) for _, name, group in model.properties.asked}
     for item in model.properties.stated():
         association = item.owned.association
@@ -53,12 +53,12 @@ def tell(model: InstanceModel) -> None:
         _remark(model, f"properties {of}that bear on no figure here are not looked at: {listed}", items)
 
 
-def _remark(model: InstanceModel, text: str, items: Sequence[Stated]) -> None:
+def _remark(model: InstanceModel, text: str, items: Sequence[OwnedProperty]) -> None:
     for item in items:
         model.library.remark(text, item.owned.association.place)
 
 
-def _is_silent(item: Stated) -> bool:
+def _is_silent(item: OwnedProperty) -> bool:
     """Whether nothing need be said: a scheduler that goes by fixed priorities, and what allows a refinement."""
     association = item.owned.association
     if association.key == "classifier_substitution_rule":

@@ -13,10 +13,10 @@ import pytest
 from click.shell_completion import BashComplete
 from click.testing import CliRunner
 
-from dse.cli import working
+from dse.cli import progress
 from dse.cli.grouping import GROUPS
 from dse.cli.main import COMMANDS, cli
-from dse.cli.working import Working
+from dse.cli.progress import Working
 from dse.examples.shipped import example_path
 
 PUMP = Path(__file__).parents[1] / "fuzz" / "pump.yaml"
@@ -24,7 +24,7 @@ PUMP = Path(__file__).parents[1] / "fuzz" / "pump.yaml"
 
 def test_something_moves_at_once_and_ctrl_c_is_acknowledged(monkeypatch: pytest.MonkeyPatch) -> None:
     said: list[str] = []
-    monkeypatch.setattr(working, "rewrite", said.append)
+    monkeypatch.setattr(progress, "rewrite", said.append)
     monkeypatch.setattr(sys.stderr, "isatty", lambda: True, raising=False)
     before = signal.signal(signal.SIGINT, lambda *_: None)
     try:
@@ -46,7 +46,7 @@ def test_something_moves_at_once_and_ctrl_c_is_acknowledged(monkeypatch: pytest.
 @pytest.mark.parametrize("quiet", [True, False])
 def test_nothing_moves_in_a_pipe_or_where_it_shall_be_quiet(quiet: bool, monkeypatch: pytest.MonkeyPatch) -> None:
     said: list[str] = []
-    monkeypatch.setattr(working, "rewrite", said.append)
+    monkeypatch.setattr(progress, "rewrite", said.append)
     monkeypatch.setattr(sys.stderr, "isatty", lambda: quiet, raising=False)
     with Working("making the model", quiet=quiet):
         pass

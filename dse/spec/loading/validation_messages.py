@@ -1,4 +1,4 @@
-"""What pydantic finds in a problem file, in plain words: with its place, and what is allowed as a hint."""
+"""Findings of pydantic in a problem file in plain words, with the place, and what is allowed as a hint."""
 
 from __future__ import annotations
 
