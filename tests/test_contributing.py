@@ -132,6 +132,47 @@ processing: execution_time
     assert "VERIFIED" in called("verify", "c.json", "--method", "model")
 
 
+LINK = """
+dse: 1
+name: link
+bus_types: {wire: {arbitration: ARBITRATION, transmission_time: {fixed: 1 ms}, price: 2 EUR}}
+buses: {w: {type: wire}}
+processor_types: {cpu: {}}
+processors: {p: {type: cpu}, q: {type: cpu}, r: {type: cpu}}
+threads:
+  a: {processor: p, period: [4 ms, 5 ms, 20 ms], compute_execution_time: 1 ms}
+  b: {processor: p, period: [2 ms, 10 ms], compute_execution_time: 0 ms .. 1 ms}
+  c: {processor: q, period: 20 ms, compute_execution_time: 1 ms .. 2 ms}
+  d: {processor: r, dispatch_protocol: aperiodic, compute_execution_time: 1 ms}
+connections:
+  ad: {from: a, to: d, bus: w, data_size: 8 B}
+  bd: {from: b, to: d, bus: w, data_size: 8 B}
+  cd: {from: c, to: d, bus: w, data_size: 8 B}
+flows: {f: {path: [a, d]}, g: {path: [c, d]}}
+requirements: [latency of g <= 40 ms]
+objectives: [minimise latency of f, maximise utilisation of p]
+processing: response_time
+"""
+
+
+def test_a_policy_of_its_own_counts_everywhere(changed: Path, called: Callable[..., str]) -> None:
+    """A link sends as `fifo` does, which is another class: the fronts and response times of both are equal."""
+    found = {}
+    for name in ("link", "fifo"):
+        (changed / f"{name}.yaml").write_text(LINK.replace("ARBITRATION", name), encoding="utf-8")
+        called("solve", f"{name}.yaml", "-q", "--json", f"{name}.json")
+        front = json.loads((changed / f"{name}.json").read_text(encoding="utf-8"))["front"]
+        chosen = [f"--design={key}={value}" for key, value in front[-1]["decisions"].items()]
+        (messages,) = json.loads(called("analyse", f"{name}.yaml", *chosen, "--json", "-"))["messages"].values()
+        found[name] = [point["objectives"] for point in front], messages
+        for method in ("exhaustion", "model"):
+            assert "VERIFIED" in called("verify", f"{name}.json", "--method", method)
+    assert found["link"] == found["fifo"] and len(found["link"][0]) > 1
+    assert [item["interference"] for item in found["link"][1]].count([]) == 0
+    said = called("analyse", "link.yaml", "--design=a.period=4ms", "--design=b.period=2ms", "--all")
+    assert "as they come on a link" in " ".join(said.split())
+
+
 def test_a_metric_of_its_own_and_another_arrival_work_everywhere(changed: Path, called: Callable[..., str]) -> None:
     """Threads b and c share a core; c has 50 or 25 inputs a second, and 10 jobs of its timer where it is timed."""
     timed = "  c: {processor: p, dispatch_protocol: [timed, aperiodic], period: 100 ms, compute_execution_time: 1 ms}\n"

@@ -14,7 +14,8 @@ from dse.analysis.memo import Recall
 from dse.analysis.messages.stages import counted_buses
 from dse.analysis.rates import active_cycle, rate_hz
 from dse.analysis.validity import Rulebook, canonical
-from dse.analysis.views import CyclicActivation, View
+from dse.analysis.views import View
+from dse.space.model.arrivals import CyclicActivation
 from dse.space.model.criteria import Metric
 from dse.space.model.space import Design, Space
 from dse.space.model.trees import NotOffered

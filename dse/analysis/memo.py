@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import fields
 from threading import Lock
 from typing import Any, Generic, TypeVar
@@ -73,7 +73,7 @@ class Answering(View):
         return View(self.design, self.groups)
 
 
-class Watching(View):
+class _Watching(View):
     """A view that records every decision that is read, and every response time that it already knows.
 
     What is asked becomes the path in the memory under which a value is stored.
@@ -100,17 +100,53 @@ class Watching(View):
         self.asked[decision] = option
         return int(option)
 
-    def apart(self) -> Watching:
+    def apart(self) -> _Watching:
         """Another view that notes what is asked of it here as well."""
-        return Watching(self)
+        return _Watching(self)
 
 
-def knowing(view: View) -> Answering | Watching | None:
+class _Noting(Sequence[int]):
+    """A design that remembers which decisions are looked at.
+
+    A sequence of options; reading an entry notes its index.
+    """
+
+    def __init__(self, design: Sequence[int]) -> None:
+        self.design = design
+        self.seen: dict[int, int] = {}
+
+    def __getitem__(self, decision: int) -> int:  # type: ignore[override]
+        self.seen[decision] = self.design[decision]
+        return self.design[decision]
+
+    def __len__(self) -> int:
+        return len(self.design)
+
+
+def consulted(view: View, formula: Callable[[View], T]) -> tuple[T, dict[int, int]]:
+    """The value of a formula, and the options of the decisions that it consults, by decision, as it asks for them.
+
+    Of response times only what decides them is asked for.
+    """
+    watching = _Watching(view)
+    return formula(watching), watching.asked
+
+
+def looked_at(design: Sequence[int], formula: Callable[[View], T]) -> tuple[T, dict[int, int]]:
+    """The value of a formula of a whole design, and the options that are looked at, by decision, the first one first.
+
+    Unlike with `consulted` the formula has a whole design before it: what designs share is found in memory.
+    """
+    noting = _Noting(design)
+    return formula(View(noting)), noting.seen
+
+
+def knowing(view: View) -> Answering | _Watching | None:
     """The view where it knows response times.
 
     None for views whose response times are computed from the decisions.
     """
-    if isinstance(view, Answering) or (isinstance(view, Watching) and isinstance(view.design, Answering)):
+    if isinstance(view, Answering) or (isinstance(view, _Watching) and isinstance(view.design, Answering)):
         return view
     return None
 
@@ -167,7 +203,7 @@ class Recall(Generic[T]):
                 break
             node = branch
         if node.value is None:
-            watching = Watching(view)
+            watching = _Watching(view)
             value = formula(space, key, watching)
             if self.most is not None and tree.values and not tree.values % self.most:
                 tree.root = _Node()

@@ -8,9 +8,10 @@ from fractions import Fraction
 from functools import lru_cache
 from typing import Literal, NamedTuple, TypeAlias
 
-from dse.analysis.views import CyclicActivation, View
+from dse.analysis.views import View
 from dse.space.architecture.joins import ALL, LATEST
-from dse.space.model.arrivals import POLLING, Arrivals, arrivals_of
+from dse.space.model.arrivals import Arrivals, CyclicActivation, arrivals_of
+from dse.space.model.kinds import POLLING
 from dse.space.model.space import Component, Connection, Space
 from dse.space.model.trees import NotOffered, at, leaves
 from dse.support.graphs import shortest_cycle, strong_components

@@ -14,7 +14,7 @@ from dse.analysis.views import View
 from dse.space.model.criteria import Metric
 from dse.space.model.flows import Step
 from dse.space.model.space import Space
-from dse.support.units import Exact, is_unbounded
+from dse.support.units import Exact, is_unbounded, picked
 
 PPM = 10**6
 ZERO = Fraction(0)
@@ -341,18 +341,6 @@ def scaled_term(term: Term, factor: Fraction) -> Term:
         reads=term.reads.scaled(factor) if term.reads is not None else None,
         sampled=term.sampled.scaled(factor) if term.sampled is not None else None,
     )
-
-
-def picked(kind: Kind, one: Any, other: Any) -> Any:
-    """The greater or the less of two numbers, which remember it where they remember how they were made.
-
-    `kind` is ``max`` or ``min``; traced numbers return a traced result.
-    """
-    if type(one) is not int or type(other) is not int:
-        remembers = next((number for number in (one, other) if hasattr(number, "picked")), None)
-        if remembers is not None:
-            return remembers.picked(kind, other if remembers is one else one)
-    return max(one, other) if kind == "max" else min(one, other)
 
 
 def extreme_term(label: str, extreme: ExtremeOfSums) -> Term:

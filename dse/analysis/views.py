@@ -11,6 +11,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Generic, TypeVar
 
+from dse.space.model.arrivals import CyclicActivation
 from dse.space.model.space import Decision, Space
 from dse.space.model.trees import NotOffered, consulted
 from dse.support.timelimit import look_at_the_clock
@@ -42,24 +43,6 @@ class View:
         return type(self)(self.design, self.groups)
 
 
-class Noting(Sequence[int]):
-    """A design that remembers which decisions are looked at.
-
-    A sequence of options; reading an entry notes its index.
-    """
-
-    def __init__(self, design: Sequence[int]) -> None:
-        self.design = design
-        self.seen: dict[int, int] = {}
-
-    def __getitem__(self, decision: int) -> int:  # type: ignore[override]
-        self.seen[decision] = self.design[decision]
-        return self.design[decision]
-
-    def __len__(self) -> int:
-        return len(self.design)
-
-
 class Undecided(Exception):
     """A formula asked for `decision`, which the partial design leaves open.
 
@@ -68,10 +51,6 @@ class Undecided(Exception):
 
     def __init__(self, decision: int) -> None:
         self.decision = decision
-
-
-class CyclicActivation(Exception):
-    """Event-triggered components dispatch each other in a cycle: the design has no rates."""
 
 
 class PartialView(View):

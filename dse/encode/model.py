@@ -18,7 +18,7 @@ from ortools.sat.python import cp_model
 from dse.analysis.evaluate import Evaluator
 from dse.analysis.limits import Limit
 from dse.analysis.measures import Measure
-from dse.analysis.memo import Watching
+from dse.analysis.memo import consulted
 from dse.analysis.views import View
 from dse.encode.decisions import add_activity, add_decisions, add_rule, add_validity
 from dse.encode.linear import Board, OpenTerm, floor_int, placed
@@ -222,12 +222,11 @@ class EncodedSpace:
         """
         is_sharper = False
         for term in self.open_terms:
-            view = Watching(View(design))
-            exact = term.value(view)
+            exact, asked = consulted(View(design), term.value)
             if value(term.variable) != exact:
                 is_sharper = True
                 self.model.add(term.variable == exact).only_enforce_if(
-                    [self._chosen(decision, option) for decision, option in view.asked.items()]
+                    [self._chosen(decision, option) for decision, option in asked.items()]
                 )
         return is_sharper
 

@@ -11,7 +11,8 @@ from fractions import Fraction
 from typing import Any, Literal, TypeAlias
 
 from dse.simulation.readings import ComponentFigures, FaultFigures, Phase, PlanFigures, Range, read_figures
-from dse.space.model.space import Arbitration, Design, ExecutorKind, Space
+from dse.space.model.kinds import Arbitration, ExecutorKind
+from dse.space.model.space import Design, Space
 from dse.space.question.metrics import all_disparities
 from dse.support.units import Exact
 

@@ -12,7 +12,8 @@ from fractions import Fraction
 from functools import cached_property
 from typing import Any, TypeAlias
 
-from dse.analysis.views import CyclicActivation, PartialView, Undecided, View
+from dse.analysis.views import PartialView, Undecided, View
+from dse.space.model.arrivals import CyclicActivation
 from dse.space.model.space import Space
 from dse.space.model.trees import NotOffered
 from dse.support.timelimit import look_at_the_clock

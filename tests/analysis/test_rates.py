@@ -10,8 +10,8 @@ import pytest
 import dse
 from dse.analysis.evaluate import Evaluator
 from dse.analysis.rates import RateKey, rate_hz, source_rates_hz
-from dse.analysis.views import CyclicActivation
 from dse.questions.verbs import check as checking
+from dse.space.model.arrivals import CyclicActivation
 from dse.space.model.space import Space
 from tests.helpers.small import design_of, space_of, view_of
 

@@ -33,7 +33,9 @@ UNSEEN = {
     },
     "explanation": {
         *("Demand.kind", "Demand.text", "Demand.origin"),
-        *(f"MessageResponse.{name}" for name in ("because", "blocked_by", "earlier_ns", "over_ns")),  # tests/buses
+        *(
+            f"MessageResponse.{name}" for name in ("because", "blocked_by", "earlier_ns", "needed_ppm", "over_ns")
+        ),  # tests/buses
     },
     "sensitivity": {"SensitivityResult.left_out", "Uncertain.unbounded"},
     "analysis": {"Contention.decisions"},  # other cores are chosen for fronts of `dse solve` alone

@@ -11,6 +11,7 @@ from random import Random
 import pytest
 
 import dse
+from dse.analysis.scheduling.busy_window import load
 from dse.analysis.scheduling.policies.buses import Arbitrated
 from dse.analysis.scheduling.policies.faults import ERROR_BITS, faults_of_wire, with_frame
 from dse.report.words.contention import arbitration_words
@@ -100,7 +101,7 @@ def test_faults_in_any_window_follow_the_interval() -> None:
     slow = Message(0, 75, 1000)
     (window,) = (replace(item, faults=with_frame(faults, 75)) for item in windows_of([slow]))
     assert window.response_ns() is None  # 106 bits each 100: nothing is ever sent
-    assert round(float(window.used), 3) == 1.135
+    assert round(float(load(window.demand)), 3) == 1.135
     (window,) = (replace(item, faults=with_frame(faults_of_wire(200, 1, 1), 75)) for item in windows_of([slow]))
     assert window.response_ns() == 75 + 106
     (window,) = (replace(item, faults=with_frame(faults_of_wire(150, 1, 1), 75)) for item in windows_of([slow]))

@@ -97,3 +97,20 @@ connections: {one: {from: first, to: second}, two: {from: second, to: third}}
 flows: {f: {path: [first, second, third]}}
 """
 """A chain longer than its period."""
+MEETING = """
+threads:
+  a: {processor: p, core: 1, priority: 1, period: 10 ms, compute_execution_time: 5 ms}
+  b: {processor: p, core: 1, priority: 2, dispatch_protocol: aperiodic, compute_execution_time: 3 ms}
+  x: {processor: p, core: 1, priority: 3, period: 30 ms, compute_execution_time: 3 ms}
+connections: {ab: {from: a, to: b}}
+flows: {f: {path: [a]}}
+"""
+THROUGH = """
+threads:
+  a: {processor: p, core: 1, priority: 1, period: 20 ms, compute_execution_time: 1 ms}
+  b: {processor: q, dispatch_protocol: aperiodic, compute_execution_time: 0 ms .. 5 ms}
+  c: {processor: p, core: 1, priority: 3, dispatch_protocol: aperiodic, compute_execution_time: 4 ms}
+  t: {processor: p, core: 1, priority: 2, period: 100 ms, compute_execution_time: 8 ms}
+connections: {ab: {from: a, to: b}, bc: {from: b, to: c}}
+flows: {f: {path: [t]}}
+"""

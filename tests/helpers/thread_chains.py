@@ -13,21 +13,44 @@ from typing import Any, NamedTuple, TypeAlias
 from tests.helpers.thread_executors import LATE, MOST_MS, Chains
 
 
-class Stream(NamedTuple):
-    """Jobs of so much work every so often, up to so late; those of what is over have ended when a job is released."""
+class Comes(NamedTuple):
+    """Jobs every so often, up to so late, in a busy window `most` of them.
 
-    work: int
+    Until the end of a job of the window no more than so many `behind` it, and one for each job before that one.
+    """
+
     period: int
     late: int
+    most: int | None = None
+    behind: int | None = None
+
+    @property
+    def has_limit(self) -> bool:
+        """Whether something else than its period and jitter says how often it comes."""
+        return self.most is not None or self.behind is not None
+
+
+class Stream(NamedTuple):
+    """Jobs of so much work that come so; those of what is over have ended when a job is released."""
+
+    work: int
+    comes: Comes
     is_over: bool = False
 
-    def came(self, end: int) -> int:
-        """The work of the jobs that are released in [0, end)."""
-        return -(-(end + self.late) // self.period) * self.work
+    def came(self, end: int, ended: int) -> int:
+        """The work of the jobs that are released in [0, end), of which so many of the window have ended before."""
+        count = max(0, -(-(end + self.comes.late) // self.comes.period))
+        if self.comes.most is not None:
+            count = min(count, self.comes.most)
+        if self.comes.behind is not None:
+            count = min(count, ended + self.comes.behind)
+        return count * self.work
 
     def soonest(self, job: int) -> int:
         """When a job, the first of which is 1, may be released at the earliest."""
-        return max(0, (job - 1) * self.period - self.late)
+        if self.comes.most is not None and job > self.comes.most:
+            return LATE
+        return max(0, (job - 1) * self.comes.period - self.comes.late)
 
 
 def longest(own: Stream, rivals: Sequence[Stream], blocked: int, *, own_over: bool, counted: Stream) -> int:
@@ -35,29 +58,33 @@ def longest(own: Stream, rivals: Sequence[Stream], blocked: int, *, own_over: bo
 
     It is `LATE` without a bound. With `own_over` an earlier job has ended at the release of the next one.
     """
-    every = [own, *rivals]
-    load = sum((Fraction(each.work, each.period) for each in every), Fraction(0))
-    latest = max(blocked, *(each.late for each in every))
+    every = [each for each in (own, *rivals) if each.comes.most is None]
+    load = sum((Fraction(each.work, each.comes.period) for each in every), Fraction(0))
+    latest = max([blocked, *(each.comes.late for each in every)])
     if load > 1 or latest >= LATE // 2 or (load == 1 and latest):
         return LATE
-    found = end = 0
-    for job in count(1):
-        end = max(end, 1)
-        while (need := blocked + job * own.work + sum(each.came(end) for each in rivals)) > end:
+
+    def ends(job: int, ended: int, since: int) -> int:
+        end = max(since, 1)
+        while (need := blocked + job * own.work + sum(each.came(end, ended) for each in rivals)) > end:
             end = need
             if end > MOST_MS:
                 return LATE
-        ran = (job - 1) * own.work + sum(each.came(end) for each in rivals if each.is_over) if own_over else 0
+        return end
+
+    found = end = 0
+    for job in count(1):
+        end = ends(job, job - 1, end)
+        if end == LATE:
+            return LATE
+        ran = (job - 1) * own.work if own_over else 0
+        ran += sum(each.came(end, job - 1) for each in rivals if each.is_over) if own_over else 0
         found = max(found, end - max(counted.soonest(job), ran))
-        if end <= own.soonest(job + 1):
-            return found
+        if ends(job, job, end) <= own.soonest(job + 1) or (load == 1 and end > MOST_MS // 2):
+            return found  # where there is as much work as time, all jobs of the hyperperiod before are as late
     raise AssertionError
 
 
-Comes: TypeAlias = tuple[int, int]
-"""How often jobs come, and how late: period and jitter in ms."""
-ONCE = (LATE, 0)
-NEVER = (LATE, -LATE)
 Row: TypeAlias = tuple[int, ...]
 Rivals: TypeAlias = Callable[[Row], tuple[list[int], list[Stream], int]]
 """Gives rivals, what else goes first, and blocking."""
@@ -73,12 +100,12 @@ class OnCore:
     def __init__(
         self, source: Mapping[int, int], figures: Any, is_alone: Sequence[bool], is_settled: Sequence[bool]
     ) -> None:
-        """`figures` are cores, levels, periods and times of all threads, context switches included, and their least.
+        """`figures` are cores, levels, periods, times, context switches included, least times and sections.
 
         A thread `is_settled` whose core and priority are stated, each as one number.
         """
         self.source = source
-        self.cores, self.levels, self.period, self.cost, self.shortest = figures
+        self.cores, self.levels, self.period, self.cost, self.shortest, self.section = figures
         self.is_plain = [alone and cost > 0 for alone, cost in zip(is_alone, self.cost, strict=True)]
         self.is_settled = [one and other for one, other in zip(self.is_plain, is_settled, strict=True)]
         work = {row: sum(self.cost[item] for item in row) for row in self._rows()}
@@ -133,22 +160,52 @@ class OnCore:
             and chains.never_together(item, number)
         ]
 
-    def comes(self, item: int, level: int, chains: Chains) -> Comes:
-        """How often a thread comes in a busy window of another one, and how late.
+    def comes(self, item: int, level: int, chains: Chains, *, last: int | None = None, is_own: bool = False) -> Comes:
+        """How often a thread comes in a busy window of another one that ends with the `last` of its threads.
 
-        Behind one that does not run in such a window it comes once, behind one that does no more often than that one.
+        Behind one that does not run in such a window it comes as often as it may be on its way from there, behind the
+        last one that often, and once for each job of that, behind another one that does no more often than that one.
+        What `is_own`, the first of the window, comes once or as ever.
         """
-        before = self._before(item, level)
-        if before is None:
-            return self.period[item], chains.jitter[item]
-        return ONCE if self.levels[before] > self.levels[level] else self.comes(before, level, chains)
+        found = Comes(self.period[item], chains.jitter[item])
+        limits, behind = list[int](), list[int]()
+        for before in self._all_before(item, level):
+            by, earlier = self._on_way(before, item, chains)
+            if self.levels[before] > self.levels[level] and by is not None and (by == 1 or not is_own):
+                limits.append(by)
+            if before == last and earlier is not None:
+                behind.append(earlier)
+        sender = self._before(item, level)
+        if sender is not None and self.levels[sender] <= self.levels[level]:
+            found = self.comes(sender, level, chains, last=last, is_own=is_own)
+            limits += [] if found.most is None else [found.most]
+            behind += [] if found.behind is None else [found.behind]
+        return found._replace(most=min(limits, default=None), behind=min(behind, default=None))
+
+    def _all_before(self, item: int, level: int) -> list[int]:
+        """What comes before a thread in its chain, on its core, where all are settled as what the window is of."""
+        here = [each for each in self.chain(item)[:-1] if self.is_settled[each]]
+        are_settled = self.is_settled[item] and self.is_settled[level]
+        return [each for each in here if are_settled and self.cores[each] == self.cores[item] == self.cores[level]]
+
+    def _on_way(self, before: int, item: int, chains: Chains) -> tuple[int | None, int | None]:
+        """How many jobs that have ended by a time, and before it, may release a thread behind them since then."""
+        if self.source[item] == before:
+            return 1, 0
+        chain = self.chain(item)
+        between = chain[chain.index(before) + 1 : -1]
+        if chains.least([before, *between]) <= self.period[before] - chains.jitter[before]:
+            return 1, 1
+        rest, passed = chains.least(between), chains.jitter[between[0]]
+        if max(rest, passed) >= LATE // 10:
+            return None, None
+        whole, earlier = (rest + passed) // self.period[before] + 1, -(-(rest + passed) // self.period[before])
+        return None if self.section[before] else whole, earlier
 
     def _before(self, item: int, level: int) -> int | None:
         """What releases a thread on its core, where both are settled as what the window is of."""
         before = self.source.get(item)
-        if before is None or not all(self.is_settled[each] for each in (before, item, level)):
-            return None
-        return before if self.cores[before] == self.cores[item] == self.cores[level] else None
+        return before if before in self._all_before(item, level) else None
 
     def head(self, item: int, level: int) -> int | None:
         """The less urgent thread behind which one comes, by itself or by what is between; None without."""
@@ -157,8 +214,11 @@ class OnCore:
             return before
         return self.head(before, level)
 
-    def cases(self, own: int, level: int, chains: Chains) -> list[list[Comes]]:
-        """What all threads do in each kind of busy window: behind none of the less urgent threads, or behind one."""
+    def cases(self, own: int, level: int, last: int, chains: Chains) -> list[list[Comes]]:
+        """What all threads do in each kind of busy window: behind none of the less urgent threads, or behind one.
+
+        Its own jobs end with those of the `last` of its threads.
+        """
         numbers = range(len(self.cost))
         heads = [
             self.head(item, level) if self.cores[item] == self.cores[level] and self.levels[item] <= self.levels[level]
@@ -168,22 +228,24 @@ class OnCore:
         begins = [None, *{head for head in heads if head is not None}] if mine is None else [mine]
         found = []
         for begin in begins:
-            comes = [self._comes_late(item, level, begin, chains) for item in numbers]
+            comes = [self._comes_late(item, level, last, begin, chains) for item in numbers]
             absent = [head not in (None, begin) for head in heads]
-            comes = [NEVER if is_absent else each for is_absent, each in zip(absent, comes, strict=True)]
-            comes[own] = self.comes(own, level, chains)
+            comes = [
+                each._replace(most=0) if is_absent else each for is_absent, each in zip(absent, comes, strict=True)
+            ]
+            comes[own] = self.comes(own, level, chains, is_own=True)
             found.append(comes)
         return found
 
-    def _comes_late(self, item: int, level: int, begin: int | None, chains: Chains) -> Comes:
+    def _comes_late(self, item: int, level: int, last: int, begin: int | None, chains: Chains) -> Comes:
         """How a rival comes in windows that begin as a thread ends: one that is before that in its chain, later."""
-        period, jitter = self.comes(item, level, chains)
+        comes = self.comes(item, level, chains, last=last)
         before = [] if begin is None else self.chain(begin)
-        if item not in before[:-1] or (period, jitter) == ONCE:
-            return period, jitter
+        if item not in before[:-1]:
+            return comes
         passed = next(chains.jitter[other] for other, source in self.source.items() if source == begin)
         shortest = sum(self.shortest[other] for other in before[before.index(item) :])
-        return period, min(jitter, passed + shortest - period)
+        return comes._replace(late=min(comes.late, passed + shortest - comes.period))
 
     def widened(self, chains: Chains, rivals_of: Rivals) -> tuple[dict[Row, int], dict[Row, int]]:
         """Windows and lags as they are with what is known."""
@@ -191,7 +253,7 @@ class OnCore:
         lags = {}
         for row in self.lags:
             first = self.chain(row[0])[0]
-            counted = Stream(0, self.period[first], 0)
+            counted = Stream(0, Comes(self.period[first], 0))
             given = rivals_of(row)
             if len(row) > 1:
                 lags[row] = self._window(row, counted, chains, given)
@@ -211,9 +273,9 @@ class OnCore:
         rivals, first, blocked = given
         over = self.over(number, chains)
         found = []
-        for comes in self.cases(number, number, chains):
-            own = Stream(self.cost[number], *comes[number])
-            every = [Stream(self.cost[item], *comes[item], item in over) for item in rivals]
+        for comes in self.cases(number, number, number, chains):
+            own = Stream(self.cost[number], comes[number])
+            every = [Stream(self.cost[item], comes[item], item in over) for item in rivals]
             found.append(longest(own, [*every, *first], blocked, own_over=bool(over), counted=counted or own))
         return max(found)
 
@@ -226,10 +288,10 @@ class OnCore:
         over = [item for item in rivals if has_ended and self._is_over(item, row, chains)]
         in_turn = 0 if has_ended else self._in_turn(row)
         found = []
-        for comes in self.cases(row[0], level, chains):
-            every = [Stream(self.cost[item], *comes[item], item in over) for item in rivals] + first
-            own = Stream(sum(self.cost[item] for item in row[in_turn:]), *comes[row[0]])
-            every += [Stream(self.cost[item], *comes[row[0]]) for item in row[:in_turn]]
+        for comes in self.cases(row[0], level, row[-1], chains):
+            every = [Stream(self.cost[item], comes[item], item in over) for item in rivals] + first
+            own = Stream(sum(self.cost[item] for item in row[in_turn:]), comes[row[0]])
+            every += [Stream(self.cost[item], comes[row[0]]) for item in row[:in_turn]]
             found.append(longest(own, every, blocked, own_over=has_ended, counted=counted or own))
         return max(found)
 

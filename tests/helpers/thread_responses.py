@@ -10,7 +10,7 @@ from fractions import Fraction
 from functools import partial
 from typing import Any
 
-from tests.helpers.thread_chains import OnCore, Stream
+from tests.helpers.thread_chains import Comes, OnCore, Stream
 from tests.helpers.thread_executors import LATE, MOST_MS, Chains, InExecutor, supplied
 
 PERIODS = (4, 5, 6, 8, 10, 12, 15, 20)
@@ -55,7 +55,8 @@ class Settled:
             work if thread["least"] is None else min(thread["least"], work)
             for thread, work in zip(self.threads, self.work, strict=True)
         ]
-        figures = (choice["cores"], self.levels[0], self.period, self.cost, least)
+        sections = [min(thread["section"] or 0, work) for thread, work in zip(self.threads, self.work, strict=True)]
+        figures = (choice["cores"], self.levels[0], self.period, self.cost, least, sections)
         has_one_core = max(each["cores"] for each in system["types"].values()) == 1
         is_limited = any(each.get("levels") for each in system["types"].values())
         is_settled = [
@@ -89,17 +90,20 @@ class Settled:
         homes = [self.threads[item]["reservation"] for item in urgent]
         sections = [min(self.threads[item]["section"] or 0, self.work[item]) for item in here if item not in urgent]
         rivals = [item for item in urgent if self.threads[item]["reservation"] is None and self.cost[item]]
-        return rivals, [Stream(*each) for each in _before_all(self.kind, homes, None)], max(sections, default=0)
+        before = [Stream(work, Comes(*often)) for work, *often in _before_all(self.kind, homes, None)]
+        return rivals, before, max(sections, default=0)
 
     def _response(self, number: int, chains: Chains) -> int:
-        if not self.chains.over(number, chains):
+        cases = self.chains.cases(number, number, number, chains)
+        here = [number, *self._rivals([number])[0]]
+        if self.chains.over(number, chains) or any(comes[item].has_limit for comes in cases for item in here):
+            return self.chains.single(number, chains, self._rivals([number]))
+        found = []
+        for comes in cases:
+            period, jitter = [each.period for each in comes], [each.late for each in comes]
             given = (self.threads, self.levels)
-            found = []
-            for comes in self.chains.cases(number, number, chains):
-                period, jitter = ([each[place] for each in comes] for place in (0, 1))
-                found.append(_response(number, given, self.choice["cores"], period, jitter, self.work, self.kind))
-            return max(found)
-        return self.chains.single(number, chains, self._rivals([number]))
+            found.append(_response(number, given, self.choice["cores"], period, jitter, self.work, self.kind))
+        return max(found)
 
 
 def _takes_nothing(kind: Any, work: int) -> bool:

@@ -173,9 +173,10 @@ class Scheduling:
         shares = self.shares(job)
         if shares is None:
             return None
-        if self.windows.is_over_somewhere(job, here):
+        cases = list(self.windows.successors.cases(job, job, job, here))
+        if self.windows.is_over_somewhere(job, here) or any(case.has_limits for case in cases):
             return self.windows.single(job, here, shares)
-        return greatest([self._in_case(job, case, shares) for case in self.windows.successors.cases(job, job, here)])
+        return greatest([self._in_case(job, case, shares) for case in cases])
 
     def _in_case(self, job: Job, case: Case, shares: list[tuple[Releases, int]]) -> Fraction | None:
         """The longest that a job takes in a stretch where others come so."""

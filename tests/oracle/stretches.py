@@ -66,14 +66,17 @@ def kept_apart(releases: Releases) -> tuple[tuple[int, Fraction], ...]:
 
 
 def has_no_end(given: Sequence[tuple[Releases, int | Fraction]], begun: int) -> bool:
-    """Whether there is more work than time, or as much and some of it is early: a stretch never ends then.
+    """Whether there is more work than time, or as much and some of it is early: jobs are ever later then.
+
+    Not where there is as much, and some jobs besides that come so many times only: later jobs are all as late.
 
     >>> late, whole = ((4, Fraction(1)),), (Releases(((4, Fraction(0)),)), 2)
     >>> [has_no_end([(Releases(late, apart), 2), whole], 0) for apart in (0, 3, 4)]
     [True, True, False]
     """
     used = sum((releases.often * work for releases, work in given), Fraction(0))
-    is_more = begun > 0 or any(not each.streams or each.may_be_early or each.most is not None for each, _ in given)
+    every = [releases for releases, _ in given if releases.most is None]
+    is_more = begun > 0 or any(not each.streams or each.may_be_early for each in every)
     return used > 1 or (used == 1 and is_more)
 
 

@@ -1,7 +1,9 @@
 """How often threads come in busy windows of their core, and which of them in one (docs/semantics.md, section 4.9).
 
-Behind a thread that does not run in such a window one job comes, behind one that does as many as of that. Of those that
-come once only what is behind one and the same thread does in one window, and what is before that one comes late.
+Behind a thread that does not run in such a window come the jobs that are on their way as it begins; behind the thread
+of the window, or the last of its chain, these and one for each job that has ended; at once behind another one that
+runs, as many as of that. Of those that come at once behind one that does not run only what is behind one and the same
+thread does in one window, and what is before that one comes late.
 """
 
 from __future__ import annotations
@@ -11,6 +13,7 @@ from dataclasses import replace
 from fractions import Fraction
 from typing import TYPE_CHECKING, NamedTuple
 
+from .pieces import distance
 from .problem import as_list
 from .stretches import Releases
 
@@ -18,11 +21,31 @@ if TYPE_CHECKING:
     from .scheduling import Job, Scheduling
 
 
+MOST_ON_WAY = 16
+"""No more jobs than so many are counted on a way by how long the thread before it takes."""
+
+
 class Case(NamedTuple):
-    """When jobs come in one kind of window: its own, and those that go first; None of one late without a bound."""
+    """When jobs come in one kind of window: its own, and those that go first; None of one late without a bound.
+
+    Of those `behind` its last thread come no more than so many, and one for each of its own jobs that has ended.
+    """
 
     own: Releases | None
     rivals: Mapping[Job, Releases | None]
+    behind: Mapping[Job, int]
+
+    @property
+    def has_limits(self) -> bool:
+        """Whether some jobs come so many times only, or no more often than others end."""
+        return bool(self.behind) or any(each is not None and each.most is not None for each in self.rivals.values())
+
+
+class OnWay(NamedTuple):
+    """Of the jobs of a thread that have ended by a time, or before it, the most that release another one since then."""
+
+    by: int | None
+    before: int | None
 
 
 class Successors:
@@ -56,71 +79,107 @@ class Successors:
             and (len(cores) == 1 or problem.most_cores(slots[0]) == 1)
         )
 
-    def _sender(self, job: Job, level: Job) -> Job | None:
-        """What releases a thread on its core, where both are stated as what the window is of."""
+    def _senders(self, job: Job, level: Job) -> list[Job]:
+        """What comes before a thread in its chain, on its core, where all are stated as what the window is of."""
+        if job[1] != "timer" or not self._settled.issuperset({job, level}):
+            return []
+        here: list[Job] = [(name, "timer") for name in self.known.chains.chain(job[0])[:-1]]
+        core = self.known.core(job)
+        if core != self.known.core(level):
+            return []
+        return [each for each in here if each in self._settled and self.known.core(each) == core]
+
+    def _at_once_behind(self, job: Job, level: Job) -> Job | None:
+        """What releases a thread of its core as soon as it ends."""
         sender = self.known.chains.sender(job[0]) if job[1] == "timer" else None
-        if sender is None:
+        if sender is None or (sender, "timer") not in self._senders(job, level) or self.known.chains.way(job[0]):
             return None
-        here: list[Job] = [(sender, "timer"), job, level]
-        if not self._settled.issuperset(here) or len({self.known.core(each) for each in here}) > 1:
-            return None
-        return here[0]
+        return sender, "timer"
 
     def _runs(self, job: Job, level: Job) -> bool:
         """Whether a thread runs in a busy window of another one, or of itself."""
         return job == level or self.known.goes_before(job, level)
 
-    def comes(self, job: Job, level: Job) -> Releases | None:
-        """When jobs come in a busy window of another one, or of itself; None where they may be late without a bound."""
-        sender = self._sender(job, level)
-        if sender is None:
-            return self.known.releases(job)
-        most = self.known.chains.way(job[0])
-        if self._runs(sender, level):
-            found = self.known.releases(job) if most else self.comes(sender, level)
-            return None if found is None else Releases(found.streams)  # whatever the least distance of the sender
-        if not most or (most < self.known.times(sender)[0] and not self.known.section(sender[0])):
-            return Releases(())
-        return self.known.releases(job)
+    def on_way(self, sender: Job, job: Job) -> OnWay:
+        """How many jobs are on their way from the end of one thread to the release of another one behind it."""
+        chains, chain = self.known.chains, self.known.chains.chain(job[0])
+        between = chain[chain.index(sender[0]) + 1 : -1]
+        last = chains.way(job[0])
+        ways = last + (chains.way(between[0]) if between else 0)
+        is_cut = self.known.section(sender[0]) > 0
+        by: list[int] = []
+        before: list[int] = []
+        if not between:
+            shortest = self.known.times(sender)[0]
+            if not ways:
+                by, before = [1], [0]
+            else:
+                by += [number for number in range(1, MOST_ON_WAY + 1) if ways < number * shortest and not is_cut][:1]
+                before += [number for number in range(1, MOST_ON_WAY + 1) if ways <= number * shortest][:1]
+        releases, takes = self.known.releases(sender), self.known.windows.bound([sender[0], *between])
+        apart = None if releases is None else distance(releases)
+        if takes is not None and apart is not None and takes + last <= apart:
+            by.append(1)
+            before.append(1)
+        rest, passed = self.known.windows.bound(between), self.known.leaving(sender[0])
+        if rest is not None and passed is not None:
+            if not is_cut:
+                by.append(sum((rest + ways + late) // period + 1 for period, late in passed))
+            before.append(sum(-(-(rest + ways + late) // period) for period, late in passed))
+        return OnWay(min(by, default=None), min(before, default=None))
+
+    def comes(self, job: Job, level: Job, parts: int | None = 1, *, is_own: bool = False) -> Releases | None:
+        """When jobs come in a busy window of another one, or of itself; None where they may be late without a bound.
+
+        The core may leave the window for less urgent threads between `parts`; None where it does so for each job. What
+        `is_own`, the first of the window, comes once or as ever.
+        """
+        found, most = self.known.releases(job), list[int]()
+        sender = self._at_once_behind(job, level)
+        if sender is not None and self._runs(sender, level):
+            up = self.comes(sender, level, parts, is_own=is_own)
+            found = None if up is None else Releases(up.streams)  # whatever the least distance of the sender
+            most += [up.most or 1] if up is not None and (up.most or not up.streams) else []
+        for other in self._senders(job, level):
+            number = None if parts is None or self._runs(other, level) else self.on_way(other, job).by
+            if parts is not None and number is not None and (number == 1 or not is_own):
+                most.append(parts * number)
+        if not most:
+            return found
+        return Releases((), most=min(most)) if found is None else replace(found, most=min(most))
+
+    def _behind(self, job: Job, level: Job, last: Job) -> int | None:
+        """How many jobs come besides those that the last thread of a window releases; None of what it does not."""
+        senders = self._senders(job, level)
+        found = [self.on_way(last, job).before] if last in senders and last in self._settled else []
+        sender = self._at_once_behind(job, level)
+        if sender is not None and sender != last and self._runs(sender, level):
+            found.append(self._behind(sender, level, last))
+        return min((each for each in found if each is not None), default=None)
 
     def head(self, job: Job, level: Job) -> Job | None:
         """The less urgent thread behind which a job comes at once, by itself or by what is between; None without."""
-        sender = self._sender(job, level)
-        if sender is None or self.known.chains.way(job[0]):
+        sender = self._at_once_behind(job, level)
+        if sender is None:
             return None
         return self.head(sender, level) if self._runs(sender, level) else sender
 
-    def _comes_in(self, job: Job, level: Job, parts: int | None) -> Releases | None:
-        """When jobs come in a window that the core may leave for less urgent threads between so many parts.
-
-        Once for each of these where it comes once in each; without `parts`, and of a job of its own, as often as ever.
-        """
-        sender = self._sender(job, level)
-        if sender is None:
-            return self.known.releases(job)
-        most = self.known.chains.way(job[0])
-        if self._runs(sender, level):
-            found = self.known.releases(job) if most else self._comes_in(sender, level, parts)
-            return None if found is None else Releases(found.streams, most=found.most)
-        comes = self.known.releases(job)
-        is_soon = not most or (most < self.known.times(sender)[0] and not self.known.section(sender[0]))
-        if parts is None or not is_soon:
-            return comes
-        return Releases((), most=parts) if comes is None else replace(comes, most=parts)
-
     def broken(self, own: Job, level: Job, rivals: Sequence[Job], parts: int | None) -> Case:
         """What comes in a window of a chain with breaks: of so many parts, or of as many as jobs of it make."""
-        coming = {job: self._comes_in(job, level, parts) for job in rivals}
-        return Case(self._comes_in(own, level, None), coming)
+        return Case(self.comes(own, level, None), {job: self.comes(job, level, parts) for job in rivals}, {})
 
-    def cases(self, own: Job, level: Job, rivals: Sequence[Job]) -> Iterator[Case]:
-        """What comes in each kind of busy window of a level: behind none of the less urgent threads, or behind one."""
+    def cases(self, own: Job, level: Job, last: Job, rivals: Sequence[Job]) -> Iterator[Case]:
+        """What comes in each kind of busy window of a level: behind none of the less urgent threads, or behind one.
+
+        Its own jobs end with those of the `last` of its threads.
+        """
         heads = {job: self.head(job, level) for job in rivals}
+        behind = {job: number for job in rivals if (number := self._behind(job, level, last)) is not None}
         mine = self.head(own, level)
         begins: list[Job | None] = [None, *dict.fromkeys(head for head in heads.values() if head is not None)]
         for begin in begins if mine is None else [mine]:
-            coming = [job for job in rivals if heads[job] in (None, begin)]
-            yield Case(self.comes(own, level), {job: self._comes_late(job, level, begin) for job in coming})
+            coming = {job: self._comes_late(job, level, begin) for job in rivals if heads[job] in (None, begin)}
+            yield Case(self.comes(own, level, is_own=True), coming, behind)
 
     def _comes_late(self, job: Job, level: Job, begin: Job | None) -> Releases | None:
         """When a rival comes in windows that begin as a thread ends: one that is before that in its chain, later."""
@@ -137,4 +196,4 @@ class Successors:
         part = chain[chain.index(job[0]) :]
         least = Fraction(sum(self.known.times((name, "timer"))[0] for name in part))
         least += sum((self.known.chains.way(name, least=True) for name in part[1:]), Fraction(0))
-        return Releases(((period, min(late, more + least - period)),))
+        return replace(releases, streams=((period, min(late, more + least - period)),))

@@ -10,10 +10,11 @@ from bisect import bisect_left
 from collections.abc import Container, Iterator, Mapping, Sequence
 from fractions import Fraction
 from itertools import count
+from math import lcm
 from typing import TYPE_CHECKING, NamedTuple, TypeAlias
 
 from .pieces import distance
-from .stretches import MOST_PLAYED, Releases, has_no_end
+from .stretches import MOST_PLAYED, Releases, has_no_end, kept_apart
 from .successors import Case, Successors
 
 if TYPE_CHECKING:
@@ -24,11 +25,15 @@ Row: TypeAlias = tuple[str, ...]
 
 
 class Rival(NamedTuple):
-    """What goes first: when its jobs come, how long each takes, and whether they are over."""
+    """What goes first: when its jobs come, how long each takes, and whether they are over.
+
+    Until the end of a job of the window come no more than so many `behind` it, and one for each job before that one.
+    """
 
     releases: Releases
     work: Fraction
     is_over: bool = False
+    behind: int | None = None
 
 
 class Windows:
@@ -132,7 +137,7 @@ class Windows:
         over = {other for other in rivals if self._is_over(other, job)}
         work, blocked = Fraction(self.known.times(job)[1]), Fraction(self.known.blocked(job))
         found = []
-        for case in self.successors.cases(job, job, rivals):
+        for case in self.successors.cases(job, job, job, rivals):
             given = self._given(case, over)
             if given is None or case.own is None:
                 return None
@@ -158,7 +163,7 @@ class Windows:
         for job, releases in case.rivals.items():
             if releases is None:
                 return None
-            found.append(Rival(releases, Fraction(self.known.times(job)[1]), job in over))
+            found.append(Rival(releases, Fraction(self.known.times(job)[1]), job in over, case.behind.get(job)))
         return found
 
     # Windows and lags
@@ -196,7 +201,7 @@ class Windows:
         breaks = sum(way > 0 for way in self._ways(row))
         over = {other for other in rivals if ends and self._is_past(other, row)}
         found = []
-        cases = self.successors.cases(jobs[0], level, rivals)
+        cases = self.successors.cases(jobs[0], level, jobs[-1], rivals)
         if breaks:
             cases = iter([self.successors.broken(jobs[0], level, rivals, 1 + breaks if ends else None)])
         for case in cases:
@@ -254,7 +259,9 @@ class Windows:
         if not breaks:
             return Fraction(0)
         tail = Fraction(sum(self.known.times((name, "timer"))[1] for name in row[breaks[0] :]))
-        ends = self._least(blocked + tail, rivals)
+        alone = (Releases(()), blocked + tail)
+        is_endless = has_no_end([alone, *((each.releases, each.work) for each in rivals)], 0)
+        ends = None if is_endless else self._least(blocked + tail, rivals)
         releases, takes = self.known.releases((row[0], "timer")), self.bound(row)
         most = None if releases is None else distance(releases)
         if ends is None or takes is None or (most is not None and ends > most - takes):
@@ -270,14 +277,18 @@ class Windows:
     def _dense(self, releases: Releases) -> Dense:
         return self._times.setdefault(releases, Dense(releases))
 
-    def _least(self, work: Fraction, rivals: Sequence[Rival], since: Fraction = Fraction(0)) -> Fraction | None:
+    def _came_of(self, rival: Rival, end: Fraction, ended: int | None) -> int:
+        """Jobs of a rival in [0, end), of which so many jobs of the window have `ended` before."""
+        count = self._came(rival.releases, end)
+        return count if rival.behind is None or ended is None else min(count, ended + rival.behind)
+
+    def _least(
+        self, work: Fraction, rivals: Sequence[Rival], since: Fraction = Fraction(0), ended: int | None = None
+    ) -> Fraction | None:
         """The first time, not before `since`, at which so much work is done, and all of rivals that has come."""
-        alone = (Releases(()), work)
-        if has_no_end([alone, *((each.releases, each.work) for each in rivals)], 0):
-            return None
         now = max(work, since)
         for _ in range(MOST_PLAYED):
-            need = work + sum(each.work * self._came(each.releases, now) for each in rivals)
+            need = work + sum(each.work * self._came_of(each, now, ended) for each in rivals)
             if need <= now:
                 return now
             now = need
@@ -301,23 +312,39 @@ class Windows:
         every = [(own, work), *((each.releases, each.work) for each in rivals)]
         if has_no_end(every, 1 if begun + tail else 0):
             return None
-        found = ended = Fraction(0)
+        found = last = Fraction(0)
+        last_job = self._last_job(own, every)
         for job in count(1):
-            now = self._least(begun + tail + job * work, rivals, ended)
+            now = self._least(begun + tail + job * work, rivals, last, job - 1)
             if now is None:
                 return None
-            ended = now
+            last = now
             past = Fraction(0)
             if ends:
                 past = tail + (job - 1) * work
-                past += sum(each.work * self._came(each.releases, now) for each in rivals if each.is_over)
+                past += sum(each.work * self._came_of(each, now, job - 1) for each in rivals if each.is_over)
             release = self._dense(counted).at(job - 1)
             assert release is not None
             found = max(found, now - max(release, past))
             following = self._dense(own).at(job)
-            if following is None or now <= following:
+            all_done = self._least(begun + tail + job * work, rivals, last, job)
+            if following is None or job == last_job or (all_done is not None and all_done <= following):
                 return found
         raise AssertionError
+
+    def _last_job(self, own: Releases, every: Sequence[tuple[Releases, Fraction]]) -> int | None:
+        """The job from which on those of a core without any idle time are as late as before.
+
+        These are all that come before whatever comes so many times only has come, and in the hyperperiod behind that.
+        """
+        if own.most is not None or sum(releases.often * work for releases, work in every) < 1:
+            return None
+        endless = [releases for releases, _ in every if releases.most is None]
+        hyperperiod = lcm(*(period for releases in endless for period, _ in kept_apart(releases)))
+        latest = [self._dense(releases).at((releases.most or 1) - 1) for releases, _ in every if releases.most]
+        return self._came(
+            own, max((each for each in latest if each is not None), default=Fraction(0)) + 2 * hyperperiod
+        )
 
 
 class Dense:

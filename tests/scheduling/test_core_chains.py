@@ -16,7 +16,20 @@ from dse.analysis.scheduling.responses import UNBOUNDED_NS, all_responses, solut
 from dse.analysis.scheduling.waits import Waits
 from dse.analysis.views import View
 from dse.space.model.space import Space
-from tests.helpers.chain_examples import AGAIN, AWAY, EARLY, FORK, FOUR, HEAD, IN_TURN, JOIN, SELDOM, TURNS
+from tests.helpers.chain_examples import (
+    AGAIN,
+    AWAY,
+    EARLY,
+    FORK,
+    FOUR,
+    HEAD,
+    IN_TURN,
+    JOIN,
+    MEETING,
+    SELDOM,
+    THROUGH,
+    TURNS,
+)
 from tests.helpers.core_chains import draw, played, problem_of, some_groups
 from tests.helpers.effort import cases
 from tests.helpers.support import space_of
@@ -37,6 +50,8 @@ def latencies(space: Space, view: View) -> dict[str, Fraction]:
         (SELDOM.replace("PATH", "x"), 7),  # b comes up to 16 ms late, and once all the same while x waits
         (SELDOM.replace("PATH", "a"), 17),
         (FORK, 5),  # c is beside the chain and goes before b
+        (MEETING, 8),  # b comes behind jobs of a only: 3 + 5 ms, and 3 + 5 + 3 + 5 ms until the second one ends
+        (THROUGH, 12),  # one job of c is on its way behind a when t is released
         (JOIN, 36),  # y comes up to 35 ms after a was released
     ],
 )

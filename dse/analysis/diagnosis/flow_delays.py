@@ -15,9 +15,9 @@ from dse.analysis.diagnosis.lateness import Late, Teller
 from dse.analysis.diagnosis.shortening import Shortenable, Shorter
 from dse.analysis.diagnosis.unbounded import may_be_unbounded, unbounded_in
 from dse.analysis.limits import Verdict, build_limit, judge
+from dse.analysis.scheduling.busy_window import TaskKey
 from dse.analysis.scheduling.chained import chain_of, least_cut
 from dse.analysis.scheduling.responses import response_of
-from dse.analysis.scheduling.tasks import TaskKey
 from dse.analysis.scheduling.waits import Wait
 from dse.analysis.terms import FlowChain
 from dse.space.model.metric_kinds import flows_in

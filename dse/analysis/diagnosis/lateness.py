@@ -17,24 +17,22 @@ from typing import Annotated
 from dse.analysis.diagnosis.reservation_budgets import ReservationBudget, budget_of
 from dse.analysis.diagnosis.shortening import Shorter, Trials
 from dse.analysis.limits import HOLDS, Verdict
+from dse.analysis.scheduling.busy_window import TaskKey
 from dse.analysis.scheduling.fixed_point import Loss
-from dse.analysis.scheduling.model import Ends
 from dse.analysis.scheduling.parts import Delay
 from dse.analysis.scheduling.responses import Response, response_of, solution_of
-from dse.analysis.scheduling.tasks import TaskKey
 from dse.analysis.scheduling.waits import Wait, Waits, stated_name
+from dse.analysis.terms import PPM
 from dse.analysis.views import View
 from dse.space.model.space import Space
 from dse.space.model.trees import at
 from dse.support.json_fields import FIGURE
 from dse.support.units import Exact
 
-PPM = 10**6
-
 
 @dataclass(frozen=True)
 class Full:
-    """A core of which more than all is needed.
+    """A core of which all or more is needed.
 
     Where `is_served` it has no number to anybody.
     """
@@ -89,7 +87,7 @@ class Late:
     ] = ()
     full: Annotated[
         Full | None,
-        "Of one without a bound, where it and the threads of higher priority need more than there is; else null.",
+        "Of one without a bound, where it and the threads of higher priority need all there is or more; else null.",
     ] = None
     apart_ns: Annotated[
         Exact | None,
@@ -139,10 +137,7 @@ class Teller:
 
         For each thread in ns: what adds up to its response time.
         """
-        return self._waits(self.solution.ends)
-
-    def _waits(self, ends: Ends) -> Waits:
-        return Waits(self.space, self.solution.system, ends)
+        return Waits(self.space, self.solution.system, self.solution.ends)
 
     def _because(self, loss: Loss) -> tuple[str, ...]:
         """The threads without a bound because of which a thread has none; none where it has none by itself."""
@@ -181,7 +176,8 @@ class Teller:
         late = None if response.response_ns is None or limit is None else response.response_ns - limit
         loss = self.solution.loss_of(key)
         because = () if loss is None else self._because(loss)
-        waits = self.waits if loss is None or because else self._waits(loss.ends)
+        known = self.solution.system
+        waits = self.waits if loss is None or because else Waits(space, known, loss.ends, loss=loss)
         is_told = late is not None or (loss is not None and not because and response.is_piece)
         causes = [] if late is not None or loss is None else self._keys_of(because)
         budget = budget_of(space, response.component, view, is_in_time)
@@ -211,10 +207,12 @@ class Teller:
         """The core or accelerator that a thread and its interference overload most; None where none is overloaded."""
         overloads: list[Full] = []
         for key in keys:
-            place, share = waits.share(key)
-            name = self.space.processors[place.processor].name
-            if share is not None and share > 1:
-                overloads.append(Full(name, place.core + 1, place.is_accelerator, share * PPM))
+            place = self.solution.system.place(key)
+            assert place is not None
+            resource, share = place[0], waits.share(*place)
+            name = self.space.processors[resource.processor].name
+            if share is not None and share >= 1:
+                overloads.append(Full(name, resource.core + 1, resource.is_accelerator, share * PPM))
         return max(overloads, key=lambda item: item.share_ppm, default=None)
 
     def _apart(self, first: TaskKey) -> Exact | None:

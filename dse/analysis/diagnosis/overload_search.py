@@ -11,7 +11,7 @@ from typing import TypeAlias
 
 from dse.analysis.evaluate import Evaluator
 from dse.analysis.measures import exact_sum
-from dse.analysis.memo import Watching
+from dse.analysis.memo import consulted
 from dse.analysis.placement.first_fit import core_of_each
 from dse.analysis.scheduling.tasks import members, utilisation
 from dse.analysis.validity import canonical
@@ -63,14 +63,17 @@ def _beside(evaluator: Evaluator, design: Design, overused: Collection[int]) -> 
 
 def _overuse(evaluator: Evaluator, design: Design, processors: Collection[int]) -> tuple[Overuse, frozenset[int]]:
     """How much cores are used, and the decisions on which that hangs."""
-    space, view = evaluator.space, Watching(View(design))
-    loads: list[Fraction] = []
-    for processor in processors:
-        cores = core_of_each(space, processor, view)
-        used: dict[int, list[Fraction]] = {}
-        for number in members(space, processor, view):
-            used.setdefault(cores[number], []).append(utilisation(space, number, view))
-        loads += map(exact_sum, used.values())
+    space = evaluator.space
+
+    def loads_of(view: View) -> Iterator[Fraction]:
+        for processor in processors:
+            cores = core_of_each(space, processor, view)
+            used: dict[int, list[Fraction]] = {}
+            for number in members(space, processor, view):
+                used.setdefault(cores[number], []).append(utilisation(space, number, view))
+            yield from map(exact_sum, used.values())
+
+    loads, asked = consulted(View(design), lambda view: list(loads_of(view)))
     beyond = exact_sum(max(load - 1, Fraction(0)) for load in loads)
     overuse = beyond, max(loads, default=Fraction(0)), exact_sum(load * load for load in loads)
-    return overuse, frozenset(view.asked)
+    return overuse, frozenset(asked)

@@ -13,7 +13,7 @@ from math import ceil, floor
 from typing import Annotated
 
 from dse.analysis.binding import own_core
-from dse.analysis.diagnosis.lateness import PPM, Late
+from dse.analysis.diagnosis.lateness import Late
 from dse.analysis.diagnosis.shortening import Shorter
 from dse.analysis.limits import HOLDS, Limit, Verdict, build_limit, too_many
 from dse.analysis.measures import exact_sum
@@ -21,6 +21,7 @@ from dse.analysis.placement.first_fit import core_of_each
 from dse.analysis.placement.partition import core_count, given_cores
 from dse.analysis.scheduling.tasks import longest_alone_ns, members, task_keys, utilisation
 from dse.analysis.scheduling.waits import told_name
+from dse.analysis.terms import PPM
 from dse.analysis.views import View
 from dse.space.model.space import Space
 from dse.space.model.trees import at

@@ -17,11 +17,11 @@ from dse.analysis.diagnosis.reservation_budgets import least
 from dse.analysis.diagnosis.what_if import only, with_shorter_interrupt, with_shorter_job, with_shorter_section
 from dse.analysis.limits import build_limit, judge
 from dse.analysis.messages.stages import counted_buses
+from dse.analysis.scheduling.busy_window import Part, TaskKey
 from dse.analysis.scheduling.fixed_point import response_ns, solve
 from dse.analysis.scheduling.model import Ends, System
 from dse.analysis.scheduling.order import Schedule
 from dse.analysis.scheduling.responses import solution_of
-from dse.analysis.scheduling.tasks import Part, TaskKey
 from dse.analysis.scheduling.waits import told_name
 from dse.analysis.views import View
 from dse.space.model.space import Space

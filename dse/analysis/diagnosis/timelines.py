@@ -14,7 +14,14 @@ from heapq import heapify, heappop, heappush
 from itertools import takewhile
 
 from dse.analysis.messages.waits import MessageResponse
-from dse.analysis.scheduling.busy_window import Task, densest_releases_ns, most_jobs, worst_job_ns
+from dse.analysis.scheduling.busy_window import (
+    BusyJob,
+    Task,
+    densest_releases_ns,
+    in_window_of,
+    most_jobs,
+    worst_job_ns,
+)
 from dse.analysis.scheduling.policies.executors import Queued, WorstJob
 from dse.analysis.scheduling.policies.preemptive import Preempted
 from dse.analysis.scheduling.responses import Response
@@ -71,10 +78,13 @@ def worst_busy_period(core: int, responses: Sequence[Response]) -> BusyPeriod | 
             worst_job = worst_job_ns(window.task, window.rivals, window.blocked_ns)
             if worst_job is None:
                 continue
-            if sum(most_jobs(rival, worst_job[1]) for rival in (*window.rivals, window.task)) > MOST_JOBS:
+            if worst_job.end_ns - worst_job.over_ns != item.response_ns:
+                return None  # of what its chain did before it is known how long it took, not when
+            rivals = in_window_of(window.rivals, worst_job.earlier, worst_job.released_ns)
+            if sum(most_jobs(rival, worst_job.end_ns) for rival in (*rivals, window.task)) > MOST_JOBS:
                 return None
-            pieces = played(window.task, window.rivals, window.blocked_ns, worst_job)
-            return BusyPeriod(item.name, pieces, worst_job[0], worst_job[1], item.deadline_ns)
+            pieces = played(window.task, rivals, window.blocked_ns, worst_job)
+            return BusyPeriod(item.name, pieces, worst_job.over_ns, worst_job.end_ns, item.deadline_ns)
     return _of_segments([item for item in here if item.is_piece])
 
 
@@ -87,14 +97,15 @@ def _of_segments(segments: Sequence[Response]) -> BusyPeriod | None:
             job = window.task.single()
             worst_job = worst_job_ns(job, window.rivals, window.blocked_ns)
             if worst_job is not None:
-                busy.append((worst_job[1], item, replace(window, task=job)))
+                rivals = in_window_of(window.rivals, worst_job.earlier, worst_job.released_ns)
+                busy.append((worst_job, item, replace(window, task=job, rivals=rivals)))
     if not busy:
         return None
-    end, item, window = max(busy, key=lambda one: one[0])
-    if sum(most_jobs(rival, end) for rival in window.rivals) > MOST_JOBS:
+    worst_job, item, window = max(busy, key=lambda one: one[0].end_ns)
+    if sum(most_jobs(rival, worst_job.end_ns) for rival in window.rivals) > MOST_JOBS:
         return None
-    pieces = played(window.task, window.rivals, window.blocked_ns, (0, end))
-    return BusyPeriod(item.name, pieces, 0, end, None, is_segment=True)
+    pieces = played(window.task, window.rivals, window.blocked_ns, worst_job)
+    return BusyPeriod(item.name, pieces, 0, worst_job.end_ns, None, is_segment=True)
 
 
 def of_executor(name: str, deadline_ns: int | None, window: Queued) -> BusyPeriod | None:
@@ -187,7 +198,7 @@ def urgency_of(item: Response | MessageResponse) -> tuple[bool, Exact]:
     return False, item.deadline_ns - item.response_ns
 
 
-def played(task: Task, rivals: Sequence[Task], blocked_ns: Exact, worst_job: tuple[Exact, Exact]) -> tuple[Piece, ...]:
+def played(task: Task, rivals: Sequence[Task], blocked_ns: Exact, worst_job: BusyJob) -> tuple[Piece, ...]:
     """The jobs on the core until the end of the task's worst job, given as `worst_job_ns` gives it; no gaps.
 
     >>> from dse.analysis.scheduling.busy_window import periodic
@@ -195,7 +206,7 @@ def played(task: Task, rivals: Sequence[Task], blocked_ns: Exact, worst_job: tup
     >>> [(item.name, item.start_ns, item.end_ns) for item in played(b, [a], 1, worst_job_ns(b, [a], 1))]
     [('less urgent', 0, 1), ('a', 1, 3), ('b', 3, 5), ('a', 5, 7), ('b', 7, 9)]
     """
-    released_ns, end_ns = worst_job
+    released_ns, end_ns = worst_job.over_ns, worst_job.end_ns
     waiting: list[tuple[Exact, int, int, Exact]] = []  # release, level, job, work
     for level, item in enumerate((*rivals, task)):
         for job, release in enumerate(densest_releases_ns(item), 1):

@@ -8,8 +8,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 
+from dse.analysis.scheduling.busy_window import TaskKey
 from dse.analysis.scheduling.model import Entry, Resource, Stage, System
-from dse.analysis.scheduling.tasks import TaskKey
 
 
 def with_shorter_job(system: System, key: TaskKey, by_ns: int) -> System:

@@ -22,13 +22,12 @@ from dse.analysis.latency.skipping import own_job_row
 from dse.analysis.latency.stored_inputs import stored_row
 from dse.analysis.osate.latency import FlowPosition, place_rows, places_of
 from dse.analysis.rates import is_event_triggered, is_joined, is_periodic, may_poll, polls
-from dse.analysis.terms import picked
 from dse.analysis.views import View
 from dse.space.architecture.clocks import AT_RELEASE
 from dse.space.model.flows import Flow, Step
 from dse.space.model.space import Component, Space
 from dse.space.model.trees import at
-from dse.support.units import Exact, is_unbounded
+from dse.support.units import Exact, is_unbounded, picked
 
 
 def flow_rows(space: Space, flow: Flow, view: View) -> tuple[Row, ...]:

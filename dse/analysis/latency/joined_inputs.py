@@ -20,13 +20,12 @@ from dse.analysis.latency.rows import JOIN_METHOD, UNBOUNDED_JOIN, Row
 from dse.analysis.latency.stored_inputs import message_gap_ns, pieces_until, processing_ns, senders
 from dse.analysis.rates import NS_PER_S, arrivals, input_room, is_joined, is_periodic, passes_rates_on, rate_hz
 from dse.analysis.scheduling.responses import NO_BOUND, UNBOUNDED_NS
-from dse.analysis.terms import picked
 from dse.analysis.views import View
 from dse.space.architecture.joins import may_join
 from dse.space.model.flows import Step
 from dse.space.model.space import Component, Space
 from dse.space.model.trees import at
-from dse.support.units import Exact
+from dse.support.units import Exact, picked
 
 
 class Origin(NamedTuple):

@@ -41,14 +41,14 @@ from dse.analysis.rates import is_joined, is_periodic
 from dse.analysis.scheduling.busy_window import PLAIN
 from dse.analysis.scheduling.chained import chain_wait_ns
 from dse.analysis.scheduling.responses import UNBOUNDED_NS, all_responses
-from dse.analysis.terms import ZERO, FlowChain, Reads, Sampled, Term, exact_sum, picked
+from dse.analysis.terms import ZERO, FlowChain, Reads, Sampled, Term, exact_sum
 from dse.analysis.views import View
 from dse.space.architecture.clocks import reads_when_jobs_begin
 from dse.space.model.criteria import Metric
 from dse.space.model.flows import Flow, Step
 from dse.space.model.space import Space
 from dse.space.model.trees import at
-from dse.support.units import Exact
+from dse.support.units import Exact, picked
 
 EXACT_KINDS = {"exact latency": "latency", "exact min latency": "min latency", "exact jitter": "jitter"}
 

@@ -6,9 +6,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Annotated
 
+from dse.analysis.scheduling.busy_window import Part
 from dse.analysis.scheduling.chained import longer_by_ns
 from dse.analysis.scheduling.responses import UNBOUNDED_NS, bounded_response_ns
-from dse.analysis.scheduling.tasks import Part
 from dse.analysis.views import View
 from dse.space.model.flows import Step
 from dse.space.model.space import Component, Space

@@ -17,11 +17,10 @@ from dataclasses import dataclass
 from fractions import Fraction
 from math import gcd
 
-from dse.analysis.terms import picked
 from dse.analysis.views import View
 from dse.space.model.space import Component
 from dse.space.model.trees import at
-from dse.support.units import Exact, is_unbounded
+from dse.support.units import Exact, is_unbounded, picked
 
 LET = "let"
 LET_METHOD = "logical execution time"

@@ -20,13 +20,12 @@ from dse.analysis.memo import Recall
 from dse.analysis.messages.stages import counted_buses
 from dse.analysis.rates import NS_PER_S, arrivals, is_event_triggered, is_joined, passes_rates_on, rate_hz
 from dse.analysis.scheduling.responses import NO_BOUND, UNBOUNDED_NS
-from dse.analysis.terms import picked
 from dse.analysis.views import View
 from dse.space.model.arrivals import BY_INPUTS
 from dse.space.model.flows import Step
 from dse.space.model.space import Component, Space
 from dse.space.model.trees import at, leaves
-from dse.support.units import Exact
+from dse.support.units import Exact, picked
 
 
 def stored_row(space: Space, step: Step, component: Component, view: View) -> Row | None:

@@ -27,19 +27,18 @@ from dse.analysis.binding import (
 from dse.analysis.memo import Recall
 from dse.analysis.messages.assignment import Candidate, assigned
 from dse.analysis.rates import NS_PER_S, rate_hz
-from dse.analysis.scheduling.busy_window import Stream, Task
+from dse.analysis.scheduling.busy_window import Stream, Task, TaskKey
 from dse.analysis.scheduling.model import NO_PROCESSOR, Entry, Release, Resource, Stage, Wire
 from dse.analysis.scheduling.policies.faults import faults_of_wire, with_frame
-from dse.analysis.scheduling.tasks import TaskKey
-from dse.analysis.terms import picked
 from dse.analysis.views import View
 from dse.space.architecture.arbitration import is_one_message
 from dse.space.architecture.carriers import carriers
 from dse.space.architecture.frames import frame_at, last_frame_ns
-from dse.space.model.space import EMPTY, Arbitration, Bus, Connection, Space, at_home
+from dse.space.model.kinds import Arbitration
+from dse.space.model.space import EMPTY, Bus, Connection, Space, at_home
 from dse.space.model.trees import at, leaves
 from dse.spec.schema.fields import ANY_IDENTIFIER
-from dse.support.units import Exact
+from dse.support.units import Exact, picked
 
 
 def counted_buses(space: Space) -> tuple[int, ...]:
@@ -199,7 +198,8 @@ def bus_resource(space: Space, bus: int, view: View, released: Released) -> Reso
         classes = {number: at(space.connections[number].priority, view) for number in carried}
         return in_order(space, bus, sorted(carried, key=lambda number: -classes[number]), view, classes=classes)
     senders = [_sender(space, number) for number in carried]
-    alike = [set(carried) if arbitration == "fifo" else _alike(carried, senders, one) for one in senders]
+    is_apart = arbitration in ("none", "round_robin")
+    alike = [_alike(carried, senders, one) if is_apart else set(carried) for one in senders]
     entries, turns = [], []
     for position, number in enumerate(carried):
         rivals = tuple(at for at, other in enumerate(carried) if other in alike[position] and other != number)

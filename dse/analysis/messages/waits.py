@@ -16,6 +16,7 @@ from dse.analysis.scheduling.parts import Delay, Parts
 from dse.analysis.scheduling.resolve import resource_of_bus
 from dse.analysis.scheduling.responses import messages_of
 from dse.analysis.scheduling.waits import stated_name
+from dse.analysis.terms import PPM
 from dse.analysis.views import View
 from dse.space.model.space import Connection, Space
 from dse.space.model.trees import at
@@ -50,7 +51,7 @@ class MessageResponse:
     WRITTEN = (
         *("name", "carries", "identifier", "priority", "transmission_ns", "releases", "blocking_ns", "blocked_by"),
         *("interference", "earlier_ns", "faults", "faults_ns", "over_ns", "response_ns", "deadline_ns"),
-        *("meets_deadline", "because"),
+        *("meets_deadline", "because", "needed_ppm"),
     )
 
     name: Annotated[str, "The connection whose message it is."]
@@ -67,6 +68,12 @@ class MessageResponse:
     because: Annotated[
         tuple[str, ...], "Of one without a bound those because of which it has none; missing without.", Json(default=())
     ] = ()
+    needed_ppm: Annotated[
+        Fraction | None,
+        "Of one without a bound of which no other is the cause: the share of the bus that it and what goes first need, "
+        "in ppm, where that is all or more; missing elsewhere.",
+        Json(default=None),
+    ] = None
     carries: Annotated[
         tuple[str, ...], "The other connections whose data are in the message; missing without.", Json(default=())
     ] = ()
@@ -171,6 +178,7 @@ def message_responses(space: Space, bus: int, view: View) -> Iterator[MessageRes
         window, streams = solution.windows.of(resource, position), solution.windows.events.streams(entry.key)
         loss = solution.loss_of(entry.key)
         because = () if loss is None else solution.because(loss)
+        needed = None if loss is None or because else solution.overload(loss)
         parts = window.parts() if window is not None and response is not None else None
         frame = frame_of(space, connection, view)
         deadlines = [limit for item in frame if (limit := at(item.deadline_ns, view)) is not None]
@@ -187,6 +195,7 @@ def message_responses(space: Space, bus: int, view: View) -> Iterator[MessageRes
             parts or NOTHING,
             stated_name(space, entry.blockers[0][0]) if entry.blockers else "",
             tuple(dict.fromkeys(stated_name(space, key) for key in because)),
+            None if needed is None else needed * PPM,
             tuple(item.name for item in frame if item.name != connection.name),
             window,
             at(connection.priority, view) if resource.wire.arbitration == "classes" else None,

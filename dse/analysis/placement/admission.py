@@ -19,16 +19,15 @@ from typing import NamedTuple
 
 from dse.analysis.limits import HOLDS
 from dse.analysis.placement.priority_assignment import Latest, best_options
-from dse.analysis.scheduling.busy_window import Task, most_jobs, response_time_ns
+from dse.analysis.scheduling.busy_window import Task, TaskKey, most_jobs, response_time_ns
 from dse.analysis.scheduling.event_models import EventModels
 from dse.analysis.scheduling.model import Stage
 from dse.analysis.scheduling.order import turns_of
 from dse.analysis.scheduling.overheads import interrupting
-from dse.analysis.scheduling.policies.coupled import before_on_core
+from dse.analysis.scheduling.policies.coupled import is_coupled
 from dse.analysis.scheduling.priorities import most_levels, number_of, order_ns
 from dse.analysis.scheduling.resolve import reader, with_senders
 from dse.analysis.scheduling.responses import UNBOUNDED_NS, counted_ns, subset_responses
-from dse.analysis.scheduling.tasks import TaskKey
 from dse.analysis.views import View
 from dse.space.model.space import OpenPriority, Space
 from dse.support.units import Exact
@@ -144,7 +143,7 @@ class Admission:
         turn = (0, int(time), 0) if priority is not None else (1, int(time), number)
         key = turns[0].key
         stages = with_senders([key], reader(space, view))
-        if before_on_core(stages, stages[key]) is not None:
+        if is_coupled(stages, stages[key]):
             return None
         return _Simple(key, turn, stages, tuple(item for item in stages if item != key), min(limits, default=None))
 

@@ -11,6 +11,7 @@ Read `model.py` first (the plain data), then `fixed_point.py` (the theory), then
 * `chained.py`: how long threads in a row take together.
 * `parts.py`, `waits.py`: what a response time is made of.
 
-Not allowed here: a look at the space or the decisions outside of resolving and `responses.py`, offsets between threads
-used to advantage, bounds below the worst case. A response time is exact or a safe bound, in ns; None without a bound.
+Not allowed here: a look at the space or the decisions outside of resolving and asking (`responses.py`, `chained.py`),
+which an import contract holds; offsets between threads used to advantage; bounds below the worst case. A response time
+is exact or a safe bound, in ns; None without a bound.
 """

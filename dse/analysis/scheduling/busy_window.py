@@ -10,20 +10,22 @@ interrupted (`dse.analysis.scheduling.overheads`).
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from functools import partial
 from heapq import merge
-from itertools import count, islice, takewhile
+from itertools import count, islice, repeat, takewhile
 from math import gcd, lcm
 from operator import ge
-from typing import Annotated
+from typing import Annotated, Literal, NamedTuple, TypeAlias
 
-from dse.analysis.scheduling.tasks import TaskKey
 from dse.support.timelimit import look_at_the_clock
 from dse.support.units import Exact, Rounded
 
+Part: TypeAlias = Literal["thread", "callback", "message"]
+TaskKey: TypeAlias = tuple[int, Part]
+"""A thread or device by its number and which of its tasks, or a connection by its number and ``message``."""
 STEPS_A_LOOK = 256
 """The number of steps, about a millisecond, between two looks at the clock."""
 MOST_STEPS = 100_000
@@ -49,13 +51,33 @@ class Stream:
     jitter_ns: Annotated[Exact, "The longest time by which a release comes later than periodically."] = 0
 
 
+class Behind(NamedTuple):
+    """How many jobs come in a window behind jobs of the task whose window it is (docs/semantics.md, section 4.9).
+
+    No more than earlier jobs of that in the window and `sooner` ones, and, where it is released at x after the window
+    began, than x + `reach_ns` has periods; None where it has no single period.
+    """
+
+    sooner: int
+    reach_ns: Exact | None
+    period_ns: int
+
+    def most(self, earlier: int, released_ns: Exact | None) -> int:
+        """The most jobs with so many earlier jobs, released then; without a time, whenever it is."""
+        most = earlier + self.sooner
+        if self.reach_ns is None or released_ns is None:
+            return most
+        return min(most, (released_ns + self.reach_ns) // self.period_ns)
+
+
 @dataclass(frozen=True, slots=True)
 class Task:
     """A task on a core: one job of up to `worst_ns` at each event of any of its streams.
 
     `separation_ns` is a minimum distance between two jobs on top of that (a sporadic thread's period), or None. In a
-    window there are no more jobs than `most`, where that is known; without a stream there are so many, or one. Its
-    name, and the `stage` that it is, if it is one, make no difference.
+    window there are no more jobs than `most`, where that is known; without a stream there are so many, or one. Of one
+    that comes behind the task whose window it is, `behind` says of how many jobs of that it does. Its name, and the
+    `stage` that it is, if it is one, make no difference.
     """
 
     name: str = field(compare=False)
@@ -64,6 +86,7 @@ class Task:
     separation_ns: int | None = None
     stage: TaskKey | None = field(default=None, compare=False)
     most: int | None = None
+    behind: Behind | None = None
 
     @property
     def utilisation(self) -> Fraction:
@@ -83,6 +106,30 @@ class Task:
         Used where it is proved that earlier jobs do not wait when a job is released.
         """
         return replace(self, streams=(), separation_ns=None)
+
+
+class BusyJob(NamedTuple):
+    """The job of a busy period that responds last: its release and its end since that began, and how many go before.
+
+    `over_ns` is the release, or when what is over by then has been done, where that is later.
+    """
+
+    over_ns: Exact
+    end_ns: Exact
+    earlier: int
+    released_ns: Exact
+
+
+@dataclass(frozen=True, slots=True)
+class Kin:
+    """Rivals of a task of which no job waits while a job of the task does, and what its own chain may leave.
+
+    They are threads before and behind it in its chain, of which a job always ends before the next one is released.
+    `under_way_ns` is how much work of a job of its own that was released before the busy period may be in it.
+    """
+
+    rivals: tuple[Task, ...] = ()
+    under_way_ns: Exact = 0
 
 
 def is_plain(task: Task) -> bool:
@@ -139,10 +186,21 @@ def most_jobs(task: Task, window_ns: Exact) -> int:
     2
     """
     if not task.streams:
-        return task.most or 1
+        return 1 if task.most is None else task.most
     jobs = sum(-(-(window_ns + stream.jitter_ns) // stream.period_ns) for stream in task.streams)
     jobs = jobs if task.separation_ns is None else min(jobs, -(-window_ns // task.separation_ns))
     return jobs if task.most is None else min(jobs, task.most)
+
+
+def in_window_of(tasks: Iterable[Task], earlier: int, released_ns: Exact | None = None) -> tuple[Task, ...]:
+    """Tasks as they come in a window of a task with so many earlier jobs, the last job of which is released then."""
+    return tuple(task if task.behind is None else _in_window_of(task, earlier, released_ns) for task in tasks)
+
+
+def _in_window_of(task: Task, earlier: int, released_ns: Exact | None) -> Task:
+    assert task.behind is not None
+    most = task.behind.most(earlier, released_ns)
+    return replace(task, most=most if task.most is None else min(task.most, most), behind=None)
 
 
 def densest_releases_ns(task: Task) -> Iterator[Exact]:
@@ -153,9 +211,10 @@ def densest_releases_ns(task: Task) -> Iterator[Exact]:
     [0, 7, 17, 27]
     """
     if not task.streams:
-        yield 0
+        yield from repeat(0, 1 if task.most is None else task.most)
         return
-    for number, time in enumerate(merge(*(map(partial(_release_ns, stream), count()) for stream in task.streams))):
+    releases = merge(*(map(partial(_release_ns, stream), count()) for stream in task.streams))
+    for number, time in enumerate(releases if task.most is None else islice(releases, task.most)):
         yield time if task.separation_ns is None else max(time, number * task.separation_ns)
 
 
@@ -167,8 +226,7 @@ def response_time_ns(
     task: Task,
     higher: Sequence[Task],
     blocked_ns: Exact = 0,
-    kin: Sequence[Task] | None = None,
-    under_way_ns: Exact = 0,
+    kin: Kin | None = None,
     source: Task | None = None,
 ) -> Exact | None:
     """The worst time from the release of a job to its end; None when it is not bounded.
@@ -183,10 +241,7 @@ def response_time_ns(
         how long less urgent work may keep the core, at most, once it has begun; a bound is then one that is not
         reached, but approached.
     kin
-        those of `higher` of which no job waits while a job of the task does: threads before and behind it in its chain,
-        of which a job always ends before the next one is released; None where no such thing is known.
-    under_way_ns
-        with `kin`: how much work of a job of its own that was released before the busy period may be in it.
+        those of `higher` of which no job waits while a job of the task does; None where no such thing is known.
     source
         what releases the task, each job one job of it; the time is then that from the latest release that there can be
         to the end. Jobs are as far apart as those of the source, however close their releases come
@@ -204,18 +259,17 @@ def response_time_ns(
     """
     if task.worst_ns == 0:
         return 0
-    found = worst_job_ns(task, higher, blocked_ns, kin, under_way_ns, source)
-    return None if found is None else found[1] - found[0]
+    found = worst_job_ns(task, higher, blocked_ns, kin, source)
+    return None if found is None else found.end_ns - found.over_ns
 
 
 def worst_job_ns(
     task: Task,
     higher: Sequence[Task],
     blocked_ns: Exact = 0,
-    kin: Sequence[Task] | None = None,
-    under_way_ns: Exact = 0,
+    kin: Kin | None = None,
     source: Task | None = None,
-) -> tuple[Exact, Exact] | None:
+) -> BusyJob | None:
     """Release and end of the job that responds last, from the beginning of its busy period; see `response_time_ns`.
 
     With `kin` the time at which so much of the busy period is over in place of the release, where that is later: what
@@ -223,42 +277,77 @@ def worst_job_ns(
 
     >>> a, b = periodic("a", 26, 70), periodic("b", 62, 100)
     >>> worst_job_ns(b, [a])
-    (400, 518)
+    BusyJob(over_ns=400, end_ns=518, earlier=4, released_ns=400)
 
     Of jobs of 8 that come up to 15 later than every 10 three may come within 5: the third one ends 19 after its
     release. It was to come 20 after the first: none ends more than 8 after its latest release.
 
     >>> late = periodic("a", 8, 10, 15)
-    >>> worst_job_ns(late, []), worst_job_ns(late, [], source=periodic("b", 0, 10))
-    ((5, 24), (0, 8))
+    >>> [response_time_ns(late, [], source=source) for source in (None, periodic("b", 0, 10))]
+    [19, 8]
+
+    What its own jobs release comes behind these: the first job waits for none.
+
+    >>> worst_job_ns(late, [replace(periodic("c", 1, 10, 30), behind=Behind(0, None, 10))]).end_ns
+    26
     """
     rivals = [other for other in higher if other.worst_ns]
     used = load((task, *rivals))
     if used > 1 or (used == 1 and (blocked_ns or not task.streams or any(map(is_late, (task, *rivals))))):
         return None  # such a busy period has no end
-    steps = 0
-    worst: tuple[Exact, Exact] = (0, 0)
+    worst = BusyJob(0, 0, 0, 0)
     releases = releases_to_look_at_ns(task, rivals)
     apart = None if source is None else densest_releases_ns(source)
-    released = next(releases)
-    busy: Exact = blocked_ns + under_way_ns + task.worst_ns
-    others = [other for other in rivals if other.separation_ns is not None or other.most or not other.streams]
-    streams = [(stream, other.worst_ns) for other in rivals if other not in others for stream in other.streams]
-    terms = [(stream.period_ns, worst_ns) for stream, worst_ns in streams]
-    # the first release of each that `busy` has no work of
-    following: list[Exact] = [-stream.jitter_ns for stream, _ in streams]
-    counted = jobs = 0
-    while True:
-        grows = True
-        while (
-            grows
-        ):  # to the least window that holds all work released in it; each addition counts for the next at once
-            steps, grows = steps + 1, False
-            if steps > MOST_STEPS:
+    released: Exact = next(releases)
+    under_way_ns = 0 if kin is None else kin.under_way_ns
+    work = _Work(rivals, blocked_ns + under_way_ns)
+    for earlier in count():
+        busy = work.done_by(task.worst_ns, earlier)
+        if busy is None:
+            return None
+        least = released if apart is None else next(apart, released)
+        for job in work.jobs(task, earlier, released, busy):
+            over = max(least, job.released_ns)
+            if kin is not None:
+                there = in_window_of(kin.rivals, earlier, job.released_ns)
+                before = earlier * task.worst_ns + sum(most_jobs(one, job.end_ns) * one.worst_ns for one in there)
+                over = max(over, under_way_ns + before)
+            if job.end_ns - over > worst.end_ns - worst.over_ns:
+                worst = job._replace(over_ns=over)
+        if work.behind and (busy := work.done_by(0, earlier + 1)) is None:  # with what this job releases
+            return None
+        released = next(releases, busy)
+        if busy <= released:
+            return worst
+    raise AssertionError
+
+
+class _Work:
+    """What a core has to do since a busy period began, and when it is done."""
+
+    def __init__(self, rivals: Sequence[Task], begun_ns: Exact) -> None:
+        self.rivals, self.begun_ns, self.busy_ns, self.counted_ns, self.steps = rivals, begun_ns, begun_ns, 0, 0
+        self.others = [one for one in rivals if one.separation_ns is not None or not one.streams or _is_capped(one)]
+        self.behind = [one.behind for one in rivals if one.behind is not None]
+        streams = [(stream, one.worst_ns) for one in rivals if one not in self.others for stream in one.streams]
+        self.terms = [(stream.period_ns, worst_ns) for stream, worst_ns in streams]
+        # the first release of each that `busy_ns` has no work of
+        self.following: list[Exact] = [-stream.jitter_ns for stream, _ in streams]
+
+    def done_by(self, more_ns: Exact, earlier: int) -> Exact | None:
+        """When so much more is done, too, in a window with so many earlier jobs; None where it takes too many steps.
+
+        The least window that holds all work released in it: each addition counts for the next at once.
+        """
+        others = in_window_of(self.others, earlier) if self.behind else self.others
+        busy, following, grows = self.busy_ns + more_ns, self.following, True
+        while grows:
+            self.steps, grows = self.steps + 1, False
+            if self.steps > MOST_STEPS:
                 return None
-            if not steps % STEPS_A_LOOK:
+            if not self.steps % STEPS_A_LOOK:
                 look_at_the_clock()
-            for index, (period_ns, worst_ns) in enumerate(terms):
+            for index, (period_ns, worst_ns) in enumerate(self.terms):
                 if following[index] < busy:
                     more = -((following[index] - busy) // period_ns)
                     following[index] += more * period_ns
@@ -266,17 +355,36 @@ def worst_job_ns(
                     grows = True
             if others:
                 work = sum(most_jobs(other, busy) * other.worst_ns for other in others)
-                busy, counted, grows = busy + work - counted, work, grows or work > counted
-        over = released if apart is None else next(apart, released)
-        if kin is not None:
-            earlier = jobs * task.worst_ns + sum(most_jobs(other, busy) * other.worst_ns for other in kin)
-            over, jobs = max(over, under_way_ns + earlier), jobs + 1
-        if busy - over > worst[1] - worst[0]:
-            worst = over, busy
-        released = next(releases, busy)
-        if busy <= released:
-            return worst
-        busy += task.worst_ns
+                busy, self.counted_ns, grows = busy + work - self.counted_ns, work, grows or work > self.counted_ns
+        self.busy_ns = busy
+        return busy
+
+    def jobs(self, task: Task, earlier: int, released_ns: Exact, busy_ns: Exact) -> Iterator[BusyJob]:
+        """A job with so many earlier ones, released then or later, as long as the core is busy.
+
+        One for each time from which on one more of those that come behind the task may be on its way: until then the
+        job that is released soonest responds last.
+        """
+        while True:
+            counts = [(one, one.most(earlier, released_ns)) for one in self.behind]
+            later = [
+                (most + 1) * one.period_ns - one.reach_ns
+                for one, most in counts
+                if one.reach_ns is not None and most < earlier + one.sooner
+            ]
+            if not later:
+                yield BusyJob(released_ns, busy_ns, earlier, released_ns)
+                return
+            there = _Work(in_window_of(self.rivals, earlier, released_ns), self.begun_ns)
+            end = there.done_by((earlier + 1) * task.worst_ns, earlier)
+            yield BusyJob(released_ns, busy_ns if end is None else end, earlier, released_ns)
+            released_ns = min(later)
+            if released_ns >= busy_ns:
+                return
+
+
+def _is_capped(task: Task) -> bool:
+    return task.most is not None or task.behind is not None
 
 
 def releases_to_look_at_ns(task: Task, rivals: Sequence[Task]) -> Iterator[Exact]:

@@ -20,12 +20,12 @@ from dse.analysis.scheduling.model import ChainKey, LagKey
 from dse.analysis.scheduling.resolve import resolve
 from dse.analysis.scheduling.responses import UNBOUNDED_NS, all_responses, bounded_response_ns, counted_ns
 from dse.analysis.scheduling.tasks import longest_alone_ns, task_keys
-from dse.analysis.terms import FlowChain, picked
+from dse.analysis.terms import FlowChain
 from dse.analysis.views import View
 from dse.space.model.flows import Step
 from dse.space.model.space import Space
 from dse.space.model.trees import at
-from dse.support.units import Exact
+from dse.support.units import Exact, picked
 
 _ENDS: Recall[tuple[Exact | None, ...]] = Recall()
 

@@ -13,10 +13,9 @@ from fractions import Fraction
 from functools import lru_cache, reduce
 from typing import TypeAlias
 
-from dse.analysis.scheduling.busy_window import Stream, Task
+from dse.analysis.scheduling.busy_window import Stream, Task, TaskKey
 from dse.analysis.scheduling.model import ChainKey, Ends, Release, Stage
-from dse.analysis.scheduling.tasks import TaskKey
-from dse.analysis.views import CyclicActivation
+from dse.space.model.arrivals import CyclicActivation
 from dse.support.units import Exact
 
 Streams: TypeAlias = tuple[Stream, ...] | None
@@ -117,6 +116,26 @@ class EventModels:
         """Whether a stage is a piece of a thread without a bound: its jobs follow each other as closely as they may."""
         pieces = self.stages[key].pieces
         return bool(pieces) and self.ends.get(pieces[-1], 0) is None
+
+    def endless_before(self, key: TaskKey) -> list[TaskKey]:
+        """The stages without a bound that release a stage, and the other pieces of its thread that have none.
+
+        What ends in time though it comes without a bound is followed further up, such as a stage that takes no time.
+        """
+        stage = self.stages[key]
+        found = [item for item in stage.pieces if item != key and self.ends.get(item, 0) is None]
+        todo = [release.after for release in self.stages[stage.first].releases]
+        seen = set[TaskKey]()
+        while todo:
+            item = todo.pop(0)
+            if item is None or item in seen:
+                continue
+            seen.add(item)
+            if self.ends.get(item, 0) is None:
+                found.append(item)
+            elif self.streams(self.stages[item].first) is None:
+                todo += [release.after for release in self.stages[self.stages[item].first].releases]
+        return list(dict.fromkeys(found))
 
     def _before(self, key: TaskKey) -> Iterable[TaskKey]:
         """The stages whose own releases are passed on to a stage."""
@@ -231,6 +250,17 @@ def _spaced(stage: Stage, streams: Streams) -> Streams:
     return (Stream(stage.separation_ns),) if rate * stage.separation_ns >= 1 else streams
 
 
+def apart_ns(releases: Sequence[Stream], separation_ns: int | None) -> Exact | None:
+    """The least time between two releases of a thread; None where it is released once only.
+
+    In ns: period less jitter of a single stream, or the separation where that is greater; 0 for several streams.
+    """
+    if not releases:
+        return None
+    streams = releases[0].period_ns - releases[0].jitter_ns if len(releases) == 1 else 0
+    return max(0, streams, separation_ns or 0)
+
+
 def _longest(times: Iterable[Exact]) -> Exact:
     return reduce(max, times)
 
@@ -253,19 +283,3 @@ def _late_task(stage: Stage) -> Task | None:
 def once(stage: Stage) -> Task:
     """One job of a stage."""
     return Task(stage.name, stage.cost_ns, (), None, stage.key)
-
-
-def upstream(stages: Mapping[TaskKey, Stage], key: TaskKey, ends: Ends) -> list[TaskKey]:
-    """The stages whose ends are jitter of a stage's releases, and the other pieces of its thread.
-
-    What releases it without running on a resource, so that its end is not in `ends`, is followed further up.
-    """
-    stage = stages[key]
-    found = [item for item in stage.pieces if item != key]
-    todo = [release.after for release in stage.releases]
-    while todo:
-        item = todo.pop(0)
-        if item is not None and item not in found:
-            found.append(item)
-            todo += [release.after for release in stages[item].releases] if item not in ends else []
-    return found

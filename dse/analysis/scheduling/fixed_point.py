@@ -9,25 +9,24 @@ there (`dse.analysis.scheduling.policies`), until nothing rises any more.
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from copy import copy
 from dataclasses import dataclass, field
+from fractions import Fraction
 from functools import cached_property, partial
 from typing import Any, TypeAlias
 
-from dse.analysis.scheduling.busy_window import Task, is_plain
-from dse.analysis.scheduling.event_models import EventModels, upstream
+from dse.analysis.scheduling.busy_window import Task, TaskKey, is_plain
+from dse.analysis.scheduling.event_models import EventModels
 from dse.analysis.scheduling.growth import TooLongError, growth, steps_along
 from dse.analysis.scheduling.model import ChainKey, EndKey, Ends, LagKey, Resource, System
 from dse.analysis.scheduling.policies import accelerators, buses, chains, executors, preemptive
 from dse.analysis.scheduling.policies.accelerators import Served
-from dse.analysis.scheduling.policies.buses import Arbitrated, InTurn
+from dse.analysis.scheduling.policies.buses import OnBus
 from dse.analysis.scheduling.policies.chains import Chain, chains_in
 from dse.analysis.scheduling.policies.preemptive import Preempted
 from dse.analysis.scheduling.policies.segments import Segments, Spans
 from dse.analysis.scheduling.policies.successions import Succession, sources_in
-from dse.analysis.scheduling.policies.transmit_queues import QueuedMessage
-from dse.analysis.scheduling.tasks import TaskKey
 from dse.support.timelimit import look_at_the_clock
 from dse.support.units import Exact
 
@@ -40,7 +39,7 @@ WORTH = 16
 MOST_ALIKE = 4
 """After so many rounds at most growth may repeat: jitter goes from core to core."""
 
-Window: TypeAlias = Preempted | Served | Arbitrated | InTurn | QueuedMessage
+Window: TypeAlias = Preempted | Served | OnBus
 """What decides how long a stage takes on its resource: `response_ns()`, and `parts()` of it."""
 
 
@@ -75,16 +74,28 @@ class Solution:
 
     def because(self, loss: Loss) -> tuple[TaskKey, ...]:
         """The stages without a bound because of which a stage has none; none where it has none by itself."""
-        stages, resource, entry = self.system.stages, loss.resource, loss.resource.entries[loss.position]
-        missing = [
-            resource.entries[position].key
-            for position in entry.before
-            if loss.tasks[position] is None and not executors.counts_once(resource, entry, position)
-        ]
-        members = {key[0] for key in stages[entry.key].pieces or (entry.key,)}
-        before = upstream(stages, entry.key, loss.ends)
-        missing += [key for key in before if key[0] not in members and loss.ends.get(key, 0) is None]
-        return tuple(dict.fromkeys(missing))
+        resource, entry = loss.resource, loss.resource.entries[loss.position]
+        events = self._known_at(loss).events
+        found: list[TaskKey] = []
+        for position in entry.before:
+            key = resource.entries[position].key
+            if loss.tasks[position] is None and not executors.counts_once(resource, entry, position):
+                found += [key] if self.ends[key] is None else events.endless_before(key)
+        members = {key[0] for key in self.system.stages[entry.key].pieces or (entry.key,)}
+        found += [key for key in events.endless_before(entry.key) if key[0] not in members]
+        return tuple(dict.fromkeys(found))
+
+    def overload(self, loss: Loss) -> Fraction | None:
+        """The share of its resource that a stage without a bound and what goes before it need, if that is all or more.
+
+        In the long run, as known when it turned out that it has no bound; None where that is less than all, or where
+        something of that has no bound itself.
+        """
+        needed = self._known_at(loss).share(loss.resource, loss.position)
+        return None if needed is None or needed < 1 else needed
+
+    def _known_at(self, loss: Loss) -> Windows:
+        return Windows(self.system, loss.ends, loss=loss)
 
     @cached_property
     def windows(self) -> Windows:
@@ -157,17 +168,16 @@ class Rounds:
         for number, resource in enumerate(self.system.resources):
             tasks, earlier = [self.events.task(entry.key) for entry in resource.entries], self._before[number]
             succession = Succession(self.events, resource)
-            related = bool(succession.relatives_there) or succession.has_coupled
+            related = succession.has_relatives or succession.has_coupled
             looks_beyond = related or _looks_beyond(resource)
             if earlier is not None and not looks_beyond and all(map(_is_same, tasks, earlier)):
                 continue  # as in the round before
             self._before[number] = tasks
-            together = _remembered(resource, tasks) if self.is_plain and not related else None
+            find = partial(window_of, resource, tasks=tasks, succession=succession, segments=self.segments)
+            together = _remembered(resource, tasks, find) if self.is_plain and not related else None
             for position, entry in enumerate(resource.entries):
                 has_lag = entry.key in self.sources
-                window = None
-                if together is None or has_lag:
-                    window = window_of(resource, position, tasks, succession, self.segments)
+                window = find(position) if together is None or has_lag else None
                 found = self._end_of(resource, position, tasks, window) if together is None else together[position]
                 if found is not None and self.count > 1 and self._is_beyond(found):
                     found = found if found == self.ends[entry.key] else None
@@ -291,10 +301,7 @@ def window_of(
     if resource.wire is not None:
         return buses.window_of(resource, position, tasks)
     if entry.executor is None:
-        over = succession.over_before((position,), entry.rivals)
-        cases = succession.cases(entry.key, position, tasks)
-        windows = [preemptive.window_of(resource, position, case, over) for case in cases]
-        return preemptive.longest(windows)
+        return preemptive.window_of(resource, position, tasks, succession)
     if not entry.is_piece:
         return executors.window_of(resource, position, tasks, succession)
     return accelerators.window_of(resource, position, tasks, succession, segments.since_ns(entry))
@@ -316,7 +323,9 @@ KEPT = 4096
 _KEPT: dict[tuple[int, ...], tuple[Resource, Sequence[Task | None], list[Exact | None]]] = {}
 
 
-def _remembered(resource: Resource, tasks: Sequence[Task | None]) -> list[Exact | None] | None:
+def _remembered(
+    resource: Resource, tasks: Sequence[Task | None], find: Callable[[int], Window | None]
+) -> list[Exact | None] | None:
     """The response times of a resource where priorities alone decide them, or which is a bus; None of others.
 
     Designs share resources and tasks, so that the same objects tell that they agree (decision record 1).
@@ -326,8 +335,7 @@ def _remembered(resource: Resource, tasks: Sequence[Task | None]) -> list[Exact 
         return kept[2]
     if not resource.is_plain and resource.wire is None:
         return None
-    of_kind = preemptive.window_of if resource.wire is None else buses.window_of
-    windows = [of_kind(resource, position, tasks) for position in range(len(tasks))]
+    windows = map(find, range(len(tasks)))
     found = [None if window is None else window.response_ns() for window in windows]
     if len(_KEPT) >= KEPT:
         _KEPT.clear()
@@ -350,12 +358,14 @@ def _looks_beyond(resource: Resource) -> bool:
 class Windows:
     """The busy windows of a solved system, from which the parts of each response time are read."""
 
-    def __init__(self, system: System, ends: Ends, spans: Spans | None = None) -> None:
+    def __init__(self, system: System, ends: Ends, spans: Spans | None = None, *, loss: Loss | None = None) -> None:
+        """With a `loss` the stages of its resource come as they were known to come then."""
         self.system = system
         self.chains = {chain.key: chain for found in chains_in(system) for chain in found}
         self.events = EventModels(system.stages, ends, self.chains)
         self.segments = Segments(self.events, system.resources, {} if spans is None else dict(spans))
-        self._tasks: dict[int, list[Task | None]] = {}
+        self._tasks = {} if loss is None else {id(loss.resource): list(loss.tasks)}
+        self._successions: dict[int, Succession] = {}
 
     def tasks(self, resource: Resource) -> list[Task | None]:
         """The stages of a resource as they are released; None where one comes without a bound."""
@@ -370,7 +380,32 @@ class Windows:
         `tasks` are the stages of the resource as they are released, where not as is known.
         """
         given = self.tasks(resource) if tasks is None else tasks
-        return window_of(resource, position, given, Succession(self.events, resource), self.segments)
+        return window_of(resource, position, given, self.succession(resource), self.segments)
+
+    def share(self, resource: Resource, position: int) -> Fraction | None:
+        """The share of a resource that a stage and what goes before it need; None where some of that has no bound."""
+        if resource.wire is not None:
+            window = buses.window_of(resource, position, self.tasks(resource))
+            return None if window is None else sum((item.utilisation for item in window.demand), Fraction(0))
+        entry, tasks = resource.entries[position], list(self.tasks(resource))
+        tasks[position] = self.events.bounded_task(entry.key)
+        counted: Sequence[Task] | None
+        if entry.executor is None:
+            counted = preemptive.rivals_of(resource, entry, tasks)
+        else:
+            known = tasks[position] is not None
+            found = executors.beside(resource, position, tasks, self.succession(resource)) if known else None
+            counted = None if found is None else found.sharing
+        if counted is None:
+            return None
+        given = [tasks[position], *(tasks[item] for item in entry.siblings), *counted]
+        return sum((item.utilisation for item in given if item is not None), Fraction(0))
+
+    def succession(self, resource: Resource) -> Succession:
+        """The chains of a resource."""
+        if id(resource) not in self._successions:
+            self._successions[id(resource)] = Succession(self.events, resource)
+        return self._successions[id(resource)]
 
     def since_thread(self, resource: Resource, position: int, window: Window | None) -> tuple[Exact, Window | None]:
         """The busy window that decides the end of a stage after its thread's release, and the time before it, in ns.

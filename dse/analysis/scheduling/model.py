@@ -14,9 +14,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Literal, NamedTuple, TypeAlias
 
-from dse.analysis.scheduling.busy_window import Stream, Task
-from dse.analysis.scheduling.tasks import TaskKey
-from dse.space.model.space import Arbitration, ExecutorKind
+from dse.analysis.scheduling.busy_window import Stream, Task, TaskKey
+from dse.space.model.kinds import Arbitration, ExecutorKind
 from dse.support.units import Exact
 
 ChainKey: TypeAlias = tuple[int, int]

@@ -12,13 +12,14 @@ from functools import partial, reduce
 
 from dse.analysis.placement.first_fit import core_of_each
 from dse.analysis.rates import is_event_triggered
+from dse.analysis.scheduling.busy_window import TaskKey
 from dse.analysis.scheduling.overheads import section_ns
 from dse.analysis.scheduling.priorities import inner_levels, levels_of, reserved_levels
-from dse.analysis.scheduling.tasks import TaskKey, alone_ns, task_keys
-from dse.analysis.terms import picked
+from dse.analysis.scheduling.tasks import alone_ns, task_keys
 from dse.analysis.views import View
 from dse.space.model.space import Space
 from dse.space.model.trees import at
+from dse.support.units import picked
 
 
 @dataclass(frozen=True, slots=True)

@@ -20,11 +20,11 @@ from collections.abc import Container, Mapping, Sequence
 from typing import Any
 
 from dse.analysis.scheduling.busy_window import Task, periodic
-from dse.analysis.terms import picked
 from dse.analysis.views import View
 from dse.space.model.arrivals import BY_INPUTS
 from dse.space.model.space import Design, Space
 from dse.space.model.trees import Tree, at, leaves
+from dse.support.units import picked
 
 KINDS = ("blocking", "context switches", "interrupts", "throttling")
 """What response times count beside execution times, where the problem states it."""

@@ -24,17 +24,17 @@ from dse.analysis.messages.stages import (
     message_stage,
 )
 from dse.analysis.rates import NS_PER_S, arrivals, input_room, is_joined, kept_jobs, rate_hz
-from dse.analysis.scheduling.busy_window import Stream, Task
+from dse.analysis.scheduling.busy_window import Stream, Task, TaskKey
 from dse.analysis.scheduling.event_models import EventModels
 from dse.analysis.scheduling.model import Entry, Release, Resource, Server, Stage, Stated, System
 from dse.analysis.scheduling.order import Schedule, Turn, turns_of
 from dse.analysis.scheduling.overheads import interrupting, switching_ns
-from dse.analysis.scheduling.tasks import TaskKey, alone_ns, elapsed_ns, task_name
-from dse.analysis.terms import picked
+from dse.analysis.scheduling.tasks import alone_ns, elapsed_ns, task_name
 from dse.analysis.views import View
 from dse.space.architecture.chains import chained_to, stated_place
 from dse.space.model.space import Component, Space
 from dse.space.model.trees import at, leaves
+from dse.support.units import picked
 
 Read: TypeAlias = Callable[[TaskKey], Stage]
 

@@ -11,12 +11,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from fractions import Fraction
 from functools import cached_property
 from typing import Annotated, Any
 
 from dse.analysis.memo import ABSENT, Recall, knowing
 from dse.analysis.messages.stages import bus_of, counted_buses, message_key, message_stage
-from dse.analysis.scheduling.busy_window import Task
+from dse.analysis.scheduling.busy_window import Part, Task, TaskKey
 from dse.analysis.scheduling.fixed_point import Solution, Window, response_ns, solve
 from dse.analysis.scheduling.model import EndKey, Ends
 from dse.analysis.scheduling.order import upstream
@@ -24,14 +25,14 @@ from dse.analysis.scheduling.parts import Delay, Interference, Parts
 from dse.analysis.scheduling.priorities import deadline_ns
 from dse.analysis.scheduling.resolve import among, resolve, resolve_buses
 from dse.analysis.scheduling.subsets import Subsets
-from dse.analysis.scheduling.tasks import Part, TaskKey, elapsed_ns, longest_alone_ns, task_keys
+from dse.analysis.scheduling.tasks import elapsed_ns, longest_alone_ns, task_keys
 from dse.analysis.scheduling.waits import blocking_name, stated_name
-from dse.analysis.terms import picked
+from dse.analysis.terms import PPM
 from dse.analysis.views import View
 from dse.space.model.space import Space
 from dse.space.model.trees import at
 from dse.support.json_fields import Json, Of
-from dse.support.units import Exact, Unbounded
+from dse.support.units import Exact, Unbounded, picked
 
 UNBOUNDED_NS = 10**14
 """Stands for a response time without a bound (27.8 h) wherever a number is needed."""
@@ -57,6 +58,7 @@ class Response:
         *(Of("task.streams", "What releases it.", key="releases"), "switching_ns", "blocked_ns", "blocked_by"),
         *("delays", Of("parts.earlier_ns", default=0), Of("before_ns", default=0), Of("parts.over_ns", default=0)),
         *("response_ns", "deadline_ns", "meets_deadline", Of("because", default=())),
+        Of("needed_ppm", default=None),
     )
 
     component: int
@@ -88,6 +90,11 @@ class Response:
         "Of one without a bound the threads that have none themselves and because of which it has none; missing where "
         "there is none.",
     ] = ()
+    needed_ppm: Annotated[
+        Fraction | None,
+        "Of one without a bound of which no other is the cause: the share of its core that it and all with higher "
+        "priority need together, in ppm, where that is all or more; missing elsewhere.",
+    ] = None
     blocking_ns: Exact = 0
     blocking_name: str = ""
 
@@ -321,11 +328,12 @@ def _responses(space: Space, wanted: Sequence[TaskKey], view: View) -> Iterator[
         before_ns, whole = windows.since_thread(*place, window)
         loss = solution.loss_of(key)
         because = () if loss is None else solution.because(loss)
+        needed = None if loss is None or because else solution.overload(loss)
         yield Response(
             *key,
             resource.core + 1,
             entry.rank + 1,
-            task or Task(stage.name, stage.worst_ns, ()),
+            task or Task(stage.name, stage.cost_ns, ()),
             stage.elapsed_ns[0] if stage.pieces else stage.best_ns,
             solution.ends[key],
             deadline_ns(component, view) if is_whole else None,
@@ -338,6 +346,7 @@ def _responses(space: Space, wanted: Sequence[TaskKey], view: View) -> Iterator[
             whole,
             before_ns,
             tuple(dict.fromkeys(stated_name(space, item) for item in because)),
+            None if needed is None else needed * PPM,
             entry.blocking_ns,
             blocking_name(space, entry) if entry.blocking_ns else "",
         )

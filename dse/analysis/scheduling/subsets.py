@@ -8,10 +8,12 @@ looked at.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from typing import TypeAlias
 
+from dse.analysis.memo import looked_at
 from dse.analysis.scheduling.model import EndKey
-from dse.analysis.views import Noting, View
+from dse.analysis.views import View
 from dse.space.model.space import Space
 from dse.support.units import Exact
 
@@ -47,9 +49,8 @@ class Subsets:
             known = answers.setdefault(tuple(map(tuple, part)), {})
             answer = _answered(known, view.design)
             if answer is None:
-                noting = Noting(view.design)
-                answer = formula(space, part, View(noting))
-                known.setdefault(tuple(noting.seen), {})[tuple(noting.seen.values())] = answer
+                made, seen = looked_at(view.design, partial(formula, space, part))
+                known.setdefault(tuple(seen), {})[tuple(seen.values())] = answer = made
                 self._count += 1
             found |= answer
         return found

@@ -7,18 +7,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from fractions import Fraction
-from typing import Literal, TypeAlias
 
 from dse.analysis.rates import NS_PER_S, RateKey, rate_hz
+from dse.analysis.scheduling.busy_window import Part, TaskKey
 from dse.analysis.views import View
 from dse.space.model.space import Component, Space
 from dse.space.model.trees import at, leaves
-
-Part: TypeAlias = Literal["thread", "callback", "message"]
-
-
-TaskKey: TypeAlias = tuple[int, Part]
-"""A thread or device by its number and which of its tasks, or a connection by its number and ``message``."""
 
 
 def longest_alone_ns(space: Space, component: int, part: Part, view: View) -> int:

@@ -14,14 +14,14 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import Annotated
 
-from dse.analysis.scheduling.busy_window import Task
-from dse.analysis.scheduling.fixed_point import Windows
+from dse.analysis.scheduling.busy_window import Task, TaskKey
+from dse.analysis.scheduling.fixed_point import Loss, Windows
 from dse.analysis.scheduling.model import Ends, Entry, Resource, System
 from dse.analysis.scheduling.parts import Delay, Parts
-from dse.analysis.scheduling.policies import chains, executors, preemptive
+from dse.analysis.scheduling.policies import chains
 from dse.analysis.scheduling.policies.preemptive import Preempted
-from dse.analysis.scheduling.policies.successions import Succession, sources_in
-from dse.analysis.scheduling.tasks import TaskKey, task_name
+from dse.analysis.scheduling.policies.successions import sources_in
+from dse.analysis.scheduling.tasks import task_name
 from dse.analysis.terms import FlowChain
 from dse.space.model.space import Space
 from dse.support.units import Exact
@@ -71,8 +71,8 @@ class Wait:
 class Waits(Windows):
     """Tells what the threads of a design wait for, as its response times are known."""
 
-    def __init__(self, space: Space, system: System, ends: Ends) -> None:
-        super().__init__(system, ends)
+    def __init__(self, space: Space, system: System, ends: Ends, *, loss: Loss | None = None) -> None:
+        super().__init__(system, ends, loss=loss)
         self.space = space
 
     def of_thread(self, key: TaskKey) -> tuple[Wait, ...] | None:
@@ -111,8 +111,7 @@ class Waits(Windows):
         else:
             chain = self.chains[part.threads[-1], first[0]]
             members, lowest, sent = chain.members, chain.lowest, Fraction(chain.sent_ns)
-            succession = Succession(self.events, resource)
-            window = chains.window_of(resource, chain, self.tasks(resource), succession)
+            window = chains.window_of(resource, chain, self.tasks(resource), self.succession(resource))
         if not isinstance(window, Preempted):
             return None
         if source is not None:
@@ -133,31 +132,13 @@ class Waits(Windows):
         name = ", ".join(told_name(self.space, key) for key in own)
         return (self._made(resource, lowest, work, parts, name),)
 
-    def share(self, key: TaskKey) -> tuple[Resource, Fraction | None]:
-        """The resource of a stage, and the share of that which it and what goes before it need.
-
-        None where some of that has no bound.
-        """
-        resource, position = self._place(key)
-        entry, tasks = resource.entries[position], self._tasks_beside(resource, position)
-        counted: Sequence[Task] | None
-        if entry.executor is None:
-            counted = preemptive.rivals_of(resource, entry, tasks)
-        else:
-            succession = Succession(self.events, resource)
-            found = None if tasks[position] is None else executors.beside(resource, position, tasks, succession)
-            counted = None if found is None else found.sharing
-        if counted is None:
-            return resource, None
-        given = [tasks[position], *(tasks[item] for item in entry.siblings), *counted]
-        return resource, sum((item.utilisation for item in given if item is not None), Fraction(0))
-
     def _alone(self, resource: Resource, position: int) -> Wait | None:
         """What a stage waits for from its own release on; None where it has no bound."""
         tasks = self._tasks_beside(resource, position)
-        window, task = self.of(resource, position, tasks), tasks[position]
+        window = self.of(resource, position, tasks)
         found = None if window is None else window.parts()
-        return None if found is None or task is None else self._made(resource, position, task.worst_ns, found)
+        work_ns = self.system.stages[resource.entries[position].key].cost_ns
+        return None if found is None else self._made(resource, position, work_ns, found)
 
     def _together(self, resource: Resource, position: int, pieces: Sequence[TaskKey]) -> Wait | None:
         """What all work of a thread on its core waits for there, as if it and the times away were one job."""

@@ -4,7 +4,7 @@ Every score is a fraction of integers, so that ties are real ones; objectives ar
 change of units changes nothing. Nothing is left out: each point gets a rank, and equal scores share one.
 
 An objective is scaled to the range of its bounded values. What is unbounded counts as lying as far beyond the worst of
-these as that is from the best, so that the number that stands for it (`dse.support.units.unbounded`) scales nothing.
+these as that is from the best, so that the number that stands for it (`dse.support.units.exact`) scales nothing.
 """
 
 from __future__ import annotations

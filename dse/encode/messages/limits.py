@@ -15,7 +15,7 @@ from ortools.sat.python import cp_model
 
 from dse.analysis.latency.rows import counts_responses
 from dse.analysis.limits import Limit, judge
-from dse.analysis.memo import Watching
+from dse.analysis.memo import consulted
 from dse.analysis.messages.conflicts import conflicts, is_own_deadline
 from dse.analysis.messages.stages import counted_buses
 from dse.analysis.views import View
@@ -107,12 +107,14 @@ class MessageLimits:
             view,
             int(term.value(view) * scale),
         )
-        watching = Watching(View(view.design))
-        item.limit.bound(watching)
-        if conditions is None:
-            term.value(watching)
-            conditions = []
-        return [*conditions, *((self.chosen(decision, option),) for decision, option in watching.asked.items())]
+
+        def asks(seen: View) -> None:
+            item.limit.bound(seen)
+            if conditions is None:
+                term.value(seen)
+
+        _, asked = consulted(View(view.design), asks)
+        return [*(conditions or []), *((self.chosen(decision, option),) for decision, option in asked.items())]
 
     def _forbid(self, held: Sequence[MessageLimit], conditions: Conditions) -> None:
         """Forbid that all conditions hold together while all limits in `held` apply."""

@@ -18,11 +18,13 @@ from fractions import Fraction
 from functools import partial
 
 from dse.analysis.latency.rows import counts_responses
+from dse.analysis.memo import looked_at
 from dse.analysis.messages.burdens import burdens, goes_first, is_settled
 from dse.analysis.messages.conflicts import Conflict, earlier_on_flows, open_identifiers, soonest
 from dse.analysis.scheduling.responses import message_waits_ns
-from dse.analysis.views import CyclicActivation, Noting, View
+from dse.analysis.views import View
 from dse.encode.linear import OpenTerm
+from dse.space.model.arrivals import CyclicActivation
 from dse.space.model.space import Space
 from dse.space.model.trees import NotOffered
 
@@ -179,9 +181,7 @@ def undelayed_conditions(
         return None
     conditions = conditions_of(alone, chosen, number, least, view, found)
     if conditions is None:
-        noting = Noting(view.design)
-        least(View(noting))
-        conditions = [(chosen(index, option),) for index, option in noting.seen.items()]
+        conditions = [(chosen(index, option),) for index, option in looked_at(view.design, least)[1].items()]
     return conditions, found
 
 
@@ -240,11 +240,11 @@ def _relaxed(
     compared: Callable[[int, int], Sequence[int | None] | None],
 ) -> tuple[Conditions, list[int]]:
     """Conditions under which something holds that the busier a bus is holds the more, and a design at their ends."""
-    noting = Noting(view.design)
-    assert holds(noting)
+    does_hold, seen = looked_at(view.design, lambda whole: holds(whole.design))
+    assert does_hold
     relaxed = list(view.design)
     found: Conditions = []
-    for index, option in noting.seen.items():
+    for index, option in seen.items():
         burden = compared(index, option)
         if burden is None:
             found.append((chosen(index, option),))

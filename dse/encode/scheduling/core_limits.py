@@ -32,7 +32,7 @@ from ortools.sat.python import cp_model
 
 from dse.analysis.limits import Limit, keeps_cores, too_many
 from dse.analysis.measures import Term
-from dse.analysis.memo import Recall, Watching
+from dse.analysis.memo import Recall, consulted
 from dse.analysis.views import Case, View, tabulate
 from dse.encode.linear import Board, greatest
 from dse.encode.literals import Chosen, literal_of
@@ -121,9 +121,10 @@ class CoreLimits:
     def _forbid(self, number: int, design: Design) -> None:
         """Not the options that the referee looks at where there are but the threads that are too many, all together."""
         self.clauses[number] += 1
-        item, watching = self.limits[number], Watching(View(design))
-        keeps_cores(item.limit, watching, too_many(item.limit, View(design)))
-        clause = [self.literals.literal(decision, option) for decision, option in watching.asked.items()]
+        item = self.limits[number]
+        beyond = too_many(item.limit, View(design))
+        _, asked = consulted(View(design), lambda view: keeps_cores(item.limit, view, beyond))
+        clause = [self.literals.literal(decision, option) for decision, option in asked.items()]
         clause += [] if item.guard is None else [item.guard]
         self.model.add_bool_or([self._literal(index).negated() for index in clause])
 

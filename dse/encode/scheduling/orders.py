@@ -12,13 +12,13 @@ from collections.abc import Iterator, Mapping, Sequence
 from fractions import Fraction
 
 from dse.analysis.limits import HOLDS, Limit
-from dse.analysis.memo import Watching
+from dse.analysis.memo import consulted, looked_at
 from dse.analysis.placement.priority_assignment import best_options, groups_of, is_decisive, limits_of
 from dse.analysis.rates import is_event_triggered, rate_hz
 from dse.analysis.scheduling.busy_window import Stream, Task, response_time_ns
 from dse.analysis.scheduling.responses import counted_ns
 from dse.analysis.scheduling.tasks import work_ns
-from dse.analysis.views import Noting, View
+from dse.analysis.views import View
 from dse.encode.scheduling.places import Places
 from dse.encode.scheduling.reasons import Reason
 from dse.space.model.space import Design, OpenPriority, Space
@@ -52,11 +52,13 @@ def order_reasons(
             fewer = tuple(item for item in group if item != number)
             if fewer and fails(fewer):
                 group = fewer
-        noting = Noting(design)
-        fails(group, noting)
-        for number in group:
-            at(space.components[number].processor, View(noting))
-        conditions = tuple((places.chosen(decision, option),) for decision, option in noting.seen.items())
+
+        def asks(seen: View, group: Sequence[int] = group) -> None:
+            fails(group, seen.design)
+            for number in group:
+                at(space.components[number].processor, seen)
+
+        conditions = tuple((places.chosen(*chosen),) for chosen in looked_at(design, asks)[1].items())
         yield Reason(conditions, ((processor, tuple(sorted(group))),)), group
 
 
@@ -98,12 +100,14 @@ class _Timers:
             worst = work_ns(self.space, number, self.view)
             yield tuple(index for index, own in thread.modes if own is not None and own >= rate)
             yield tuple(index for index, own in thread.worst if own >= worst)
-        watching = Watching(self.view)
-        for limit in _of(self.limits, group):
-            component = self.space.components[limit.requirement.metric.index or 0]
-            if component.deadline_ns is not None or limit.requirement.metric.key != "deadline":
-                limit.bound(watching)
-        for decision, option in watching.asked.items():
+
+        def asks(seen: View) -> None:
+            for limit in _of(self.limits, group):
+                component = self.space.components[limit.requirement.metric.index or 0]
+                if component.deadline_ns is not None or limit.requirement.metric.key != "deadline":
+                    limit.bound(seen)
+
+        for decision, option in consulted(self.view, asks)[1].items():
             yield (self.places.chosen(decision, option),)
 
 

@@ -13,7 +13,7 @@ from fractions import Fraction
 from itertools import permutations
 
 from dse.analysis.limits import HOLDS, Limit, judge
-from dse.analysis.memo import Watching
+from dse.analysis.memo import consulted, looked_at
 from dse.analysis.messages.stages import counted_buses
 from dse.analysis.placement.first_fit import core_of_each
 from dse.analysis.rates import NS_PER_S, is_event_triggered, rate_hz
@@ -22,11 +22,11 @@ from dse.analysis.scheduling.priorities import number_of, order_ns
 from dse.analysis.scheduling.responses import counted_ns, subset_responses, with_threads
 from dse.analysis.scheduling.tasks import work_ns
 from dse.analysis.terms import FlowChain
-from dse.analysis.views import Noting, View
+from dse.analysis.views import View
 from dse.encode.linear import OpenTerm
 from dse.encode.messages.reasons import value_conditions
 from dse.encode.scheduling.places import Places, Thread
-from dse.space.architecture.chains import may_come_once, may_succeed
+from dse.space.architecture.chains import may_come_seldom, may_succeed
 from dse.space.model.space import Space
 from dse.space.model.trees import at
 from dse.support.units import Exact
@@ -178,13 +178,14 @@ def _seen(
     groups: Sequence[tuple[int, tuple[int, ...]]],
 ) -> Reason:
     """Every option that a formula consults."""
-    noting = Noting(view.design)
-    seen = View(noting)
-    formula(seen)
-    for _, threads in groups:
-        for number in threads:
-            at(space.components[number].processor, seen)
-    return _named(space, places, noting.seen, view, groups)
+
+    def asks(seen: View) -> None:
+        formula(seen)
+        for _, threads in groups:
+            for number in threads:
+                at(space.components[number].processor, seen)
+
+    return _named(space, places, looked_at(view.design, asks)[1], view, groups)
 
 
 def _groups(space: Space, places: Places, view: View) -> list[tuple[int, tuple[int, ...]]]:
@@ -239,13 +240,15 @@ def _by_options(
     case: _Case, formula: Callable[[View], object], groups: Sequence[tuple[int, tuple[int, ...]]]
 ) -> Reason:
     """Every option that the formula and the limit consult."""
-    watching = Watching(case.view)
-    formula(watching)
-    case.limit.bound(watching)
-    for _, threads in groups:
-        for number in threads:
-            at(case.space.components[number].processor, watching)
-    return _named(case.space, case.places, watching.asked, case.view, groups)
+
+    def asks(seen: View) -> None:
+        formula(seen)
+        case.limit.bound(seen)
+        for _, threads in groups:
+            for number in threads:
+                at(case.space.components[number].processor, seen)
+
+    return _named(case.space, case.places, consulted(case.view, asks)[1], case.view, groups)
 
 
 def _named(
@@ -336,7 +339,7 @@ def _rivals(case: _Case, thread: Thread, numbers: Iterable[int]) -> Iterator[tup
             continue
         if may_succeed(case.space, case.number, number):  # in a chain they need not wait for each other
             continue
-        if may_come_once(case.space, number, (case.number,)):
+        if may_come_seldom(case.space, number, (case.number,)):
             continue
         speed = rate_hz(case.space, ("activation", number), case.view)
         work = work_ns(case.space, number, case.view)
@@ -380,9 +383,8 @@ def _bound_options(case: _Case) -> list[tuple[int, ...]]:
     """The options that a limit depends on which is not the period."""
     if _is_period(case):
         return []
-    watching = Watching(case.view)
-    case.limit.bound(watching)
-    return [(case.places.chosen(decision, option),) for decision, option in watching.asked.items()]
+    _, asked = consulted(case.view, case.limit.bound)
+    return [(case.places.chosen(decision, option),) for decision, option in asked.items()]
 
 
 def _late_modes(case: _Case, thread: Thread, order: Fraction | None, end: Exact | None) -> tuple[int, ...]:

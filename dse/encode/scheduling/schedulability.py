@@ -36,7 +36,7 @@ from dse.encode.literals import literal_of
 from dse.encode.scheduling.core_demand import WHOLE, CoreDemand, Rate, few_points_of, points_of, work_of
 from dse.encode.scheduling.core_symmetry import number_cores
 from dse.encode.scheduling.places import Places, Thread, Turn
-from dse.space.architecture.chains import before_in_chain, may_come_once, may_succeed
+from dse.space.architecture.chains import before_in_chain, may_come_seldom, may_succeed
 from dse.space.model.space import Space
 from dse.support.timelimit import look_at_the_clock
 
@@ -306,7 +306,7 @@ class Rows:
                 continue
             if may_succeed(self.space, thread.number, other.number):
                 continue
-            if may_come_once(self.space, other.number, (thread.number,)):
+            if may_come_seldom(self.space, other.number, (thread.number,)):
                 continue
             if thread.priority is not None and other.priority >= thread.priority:
                 for (_, rate), literals in self.here(other, core).items():

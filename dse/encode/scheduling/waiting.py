@@ -40,7 +40,7 @@ from dse.encode.scheduling.delays.hosted import add_hosted_rows
 from dse.encode.scheduling.delays.jitters import Jitters
 from dse.encode.scheduling.delays.jobs import JobRows
 from dse.encode.scheduling.places import Places, Thread
-from dse.space.architecture.chains import may_come_once
+from dse.space.architecture.chains import may_come_seldom
 from dse.space.model.space import Space
 from dse.space.model.trees import at, leaves
 from dse.support.timelimit import look_at_the_clock
@@ -134,7 +134,7 @@ class WaitRows:
             for other in self.places.on(processor):
                 if other.number == number or other.is_odd or other.rates is None:
                     continue
-                if not may_come_once(self.space, other.number, (number,)):
+                if not may_come_seldom(self.space, other.number, (number,)):
                     found[other.number] = other
         return list(found.values())
 

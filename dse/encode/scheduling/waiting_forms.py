@@ -17,10 +17,11 @@ from dse.analysis.scheduling.chained import chain_wait_ns
 from dse.analysis.scheduling.responses import UNBOUNDED_NS, bounded_response_ns, waited_ns
 from dse.analysis.terms import FlowChain, Term, Waiter
 from dse.analysis.timescale import RESPONSE_SCALE_LIMIT, whole_time_scale
-from dse.analysis.views import CyclicActivation, PartialView, Undecided, View, allowed_options, tabulate
+from dse.analysis.views import PartialView, Undecided, View, allowed_options, tabulate
 from dse.encode.linear import Board, Form, OpenTerm, check_exact, floor_int
 from dse.encode.messages.rows import add_waiting_rows
 from dse.encode.table_parts import additive_parts
+from dse.space.model.arrivals import CyclicActivation
 from dse.space.model.criteria import Metric
 from dse.space.model.metric_kinds import parts_of
 from dse.space.model.space import Space

@@ -22,13 +22,14 @@ from typing import Any
 
 from dse.analysis.binding import transmission_ns
 from dse.analysis.messages.stages import counted_buses
+from dse.analysis.scheduling.busy_window import TaskKey
 from dse.analysis.scheduling.fixed_point import solve
 from dse.analysis.scheduling.model import EndKey
 from dse.analysis.scheduling.order import Schedule, Turn
-from dse.analysis.scheduling.policies.coupled import before_on_core, is_soon
+from dse.analysis.scheduling.policies.coupled import before_on_core, behind_next
 from dse.analysis.scheduling.resolve import resolve
 from dse.analysis.scheduling.responses import UNBOUNDED_NS, all_responses, counted_ns
-from dse.analysis.scheduling.tasks import TaskKey, alone_ns, elapsed_ns
+from dse.analysis.scheduling.tasks import alone_ns, elapsed_ns
 from dse.analysis.views import View
 from dse.questions.robust.worst_case import Box, Corner, Worst
 from dse.questions.sensitivity.design_function import DesignFunction, OutputComparison
@@ -189,7 +190,7 @@ def motion_of(inputs: InputSpace, design: Design, box: Box) -> Motion | None:
         stages = resolve(space, view).stages
         for stage in stages.values():  # of which a shortest time decides how often it comes
             if (before := before_on_core(stages, stage)) is not None:
-                is_soon(stage, before)
+                behind_next(stage, before)
     program = Program([Fraction(0) + item for pair in times for item in pair], guards)
     if undecided_over(program, ranges):
         return None

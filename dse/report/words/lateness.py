@@ -11,6 +11,7 @@ from dse.analysis.diagnosis.reservation_budgets import ReservationBudget
 from dse.analysis.diagnosis.shortening import Shorter
 from dse.analysis.scheduling.parts import Delay
 from dse.analysis.scheduling.waits import Wait
+from dse.analysis.terms import PPM
 from dse.answers.tables.display import readable
 from dse.report.amounts import listed
 from dse.support.units import Exact
@@ -68,7 +69,8 @@ def _why_endless(late: Late) -> str:
         return _work(late)
     alone = f"{_work(late)}; " if late.is_late_alone else ""
     if late.full is not None:
-        return f"{alone}it and the threads of higher priority need {_full(late.full)}"
+        never = ", so that what comes late is never made up for" if late.full.share_ppm == PPM else ""
+        return f"{alone}it and the threads of higher priority need {_full(late.full)}{never}"
     if late.has_segments and late.ends_ns is not None and late.apart_ns is not None:
         end = f"a job would end {_time(late.ends_ns)} after its release, at the least"
         return (

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
-from fractions import Fraction
 
 from dse.analysis.diagnosis.bus_timelines import worst_bus_period
 from dse.analysis.messages.late import LateMessage
@@ -14,7 +13,7 @@ from dse.analysis.scheduling.policies.transmit_queues import QueuedMessage
 from dse.answers.tables.display import readable
 from dse.report.amounts import listed
 from dse.report.page import Table, Timeline
-from dse.report.words.scheduling import busy_timeline, deadline_cells, in_ms, no_bound_words
+from dse.report.words.scheduling import GROWS, busy_timeline, deadline_cells, in_ms, no_bound_words
 
 HEADINGS = (
     "message", "identifier", "priority", "transmission", "queued", "response time", "deadline", "", "slack", "blocked",
@@ -107,10 +106,13 @@ def _waits_for(item: MessageResponse) -> str:
     """Which messages go first, the longest times first; of one without a bound those that are the cause."""
     if item.because:
         return no_bound_words(item.because)
-    if item.response_ns is None and isinstance(item.window, Arbitrated | QueuedMessage):
-        needed = readable(Fraction(item.window.used) * 10**6, "ppm", digits=1)
-        faults = ", with faults," if item.window.faults is not None else ""
+    if item.needed_ppm is not None:
+        needed = readable(item.needed_ppm, "ppm", digits=1)
+        has_faults = isinstance(item.window, Arbitrated | QueuedMessage) and item.window.faults is not None
+        faults = ", with faults," if has_faults else ""
         return f"no bound, for it and what goes first{faults} need {needed} of the bus"
+    if item.response_ns is None:
+        return GROWS
     first = sorted(item.interference, key=lambda one: -one.work_ns)
     waits = [f"{one.jobs} x {one.name} ({in_ms(one.work_ns)})" for one in first[:MOST_NAMED]]
     if len(first) > MOST_NAMED:

@@ -20,6 +20,7 @@ HEADINGS = (
 )  # fmt: skip
 NUMBERS = (0, 2, 4, 5, 7, 8)
 CORES = "Response times on {}, by core and priority"
+GROWS = "no bound: the later it ends, the closer together comes what it waits for"
 LEAST = 2
 """The greatest number of rows of a table on a terminal."""
 NAMED = 1
@@ -136,10 +137,10 @@ def _row(item: Response, processor: str) -> tuple[str, ...]:
 def _waits_for(item: Response) -> str:
     """Whose jobs go before the worst one, how many of each, and what of all that is over when it is released.
 
-    Of a thread without a bound whose missing bound is the cause.
+    Of a thread without a bound why it has none.
     """
-    if item.because:
-        return no_bound_words(item.because)
+    if item.response_ns is None:
+        return _endless_words(item)
     waits = [f"{delay.jobs} x {delay.name} ({in_ms(delay.work_ns)})" for delay in item.delays]
     earlier, over = item.parts.earlier_jobs, item.parts.over_ns
     if earlier:
@@ -149,6 +150,19 @@ def _waits_for(item: Response) -> str:
     if over:
         waits.append(f"of which {in_ms(over)} are over when it is released")
     return ", ".join(waits) or (f"its turn in {item.executor}" if item.executor else "")
+
+
+def _endless_words(item: Response) -> str:
+    """The reason why a thread has no bound, as one phrase."""
+    if item.because:
+        return no_bound_words(item.because)
+    if item.needed_ppm is not None:
+        return f"no bound: with work of higher priority it needs {readable(item.needed_ppm, 'ppm')} of the core"
+    if item.is_piece:
+        return "no bound: a job need not end before the next one comes"
+    if item.reservation:
+        return f"no bound: {item.reservation} does not get what it needs"
+    return GROWS
 
 
 def deadline_cells(response_ns: Exact | None, deadline_ns: Exact | None, meets: bool | None) -> tuple[str, ...]:

@@ -11,7 +11,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 
 from dse.space.architecture.carriers import carriers
-from dse.space.model.space import EMPTY, UNKNOWN_TYPE, Arbitration, Bus, Connection
+from dse.space.model.kinds import Arbitration
+from dse.space.model.space import EMPTY, UNKNOWN_TYPE, Bus, Connection
 from dse.space.model.trees import leaves
 from dse.space.properties import Ledger, type_choice
 from dse.spec.schema.fields import ANY_IDENTIFIER, MOST_IDENTIFIER

@@ -67,20 +67,17 @@ def stated_place(space: Space, number: int) -> tuple[int, int, int] | None:
 def before_on_core(space: Space, number: int) -> list[int]:
     """The threads before one in its chain in some design that are on its stated core, by number, the nearest first.
 
-    Each with a stated priority, as it has itself; up to the first of which that is not so.
+    Each with a stated priority, as it has itself.
     """
-    found: list[int] = []
     place = stated_place(space, number)
-    for before in before_in_chain(space, number) if place is not None else ():
-        other = stated_place(space, before)
-        if place is None or other is None or other[:2] != place[:2]:
-            break
-        found.append(before)
-    return found
+    if place is None:
+        return []
+    others = ((before, stated_place(space, before)) for before in before_in_chain(space, number))
+    return [before for before, other in others if other is not None and other[:2] == place[:2]]
 
 
-def may_come_once(space: Space, number: int, others: Iterable[int]) -> bool:
-    """Whether a thread comes once at most in busy windows of the priority of one of some threads, in some design.
+def may_come_seldom(space: Space, number: int, others: Iterable[int]) -> bool:
+    """Whether a thread comes a few times at most in busy windows of the priority of some threads, in some design.
 
     A less urgent thread of its core comes before it in its chain (docs/semantics.md, section 4.9).
     """

@@ -10,7 +10,7 @@ from typing import Any
 from dse.space.architecture.clocks import AT_RELEASE
 from dse.space.architecture.processors import read_named
 from dse.space.architecture.segments import accelerator
-from dse.space.model.arrivals import POLLING
+from dse.space.model.kinds import POLLING
 from dse.space.model.space import Component, Executor, Processor, Reservation
 from dse.space.model.trees import Choice, Tree, graft, leaves
 from dse.space.properties import FieldReader, Ledger, Owner

@@ -6,6 +6,10 @@ from collections.abc import Mapping
 from typing import NamedTuple
 
 
+class CyclicActivation(Exception):
+    """Event-triggered components dispatch each other in a cycle: the design has no rates."""
+
+
 class Arrivals(NamedTuple):
     """The rule that releases jobs: a timer, once in each period, or inputs, as often as they come.
 
@@ -29,8 +33,6 @@ PROTOCOLS: Mapping[str, Arrivals] = {
     "hybrid": Arrivals(by_timer=True),  # its inputs run its callback
 }
 """By the protocol that a file states; without one a component with a period is periodic, any other aperiodic."""
-POLLING = "polling"
-"""The kind of an executor that drops what it has no room for."""
 BY_INPUTS = tuple(name for name, arrivals in PROTOCOLS.items() if arrivals.by_inputs)
 
 

@@ -25,7 +25,6 @@ UNKNOWN_TYPE = "?\n"
 INACTIVE = -1
 
 AssignmentRule: TypeAlias = Literal["audsley", "deadline_monotonic", "robust"]
-Arbitration: TypeAlias = Literal["priority", "classes", "fifo", "round_robin", "none"]
 Design: TypeAlias = tuple[int, ...]
 """The option of each decision, by index; `INACTIVE` where the design does not use the decision."""
 
@@ -436,9 +435,6 @@ class Space:
     @cached_property
     def _decision_numbers(self) -> Mapping[str, int]:
         return {decision.name: index for index, decision in reversed(tuple(enumerate(self.decisions)))}
-
-
-ExecutorKind: TypeAlias = Literal["fifo", "callback_group", "wait_set", "polling"]
 
 
 @dataclass(frozen=True)

@@ -9,11 +9,12 @@ Read `table.py` first.
 * `table.py`: units, dimensions, kinds of quantities, and the messages about a wrong unit.
 * `parse.py`: one reader for each kind of quantity.
 * `text.py`: one formatter for each kind of quantity.
-* `unbounded.py`: the number that stands for a time without a bound.
+* `exact.py`: exact numbers of times, and the one that stands for a time without a bound.
 
 Not allowed here: floats, and rounding without a named direction.
 """
 
+from dse.support.units.exact import Exact, Rounded, Unbounded, is_unbounded, picked, unrounded
 from dse.support.units.parse import (
     MAX_DIGITS,
     MAX_EXPONENT,
@@ -72,11 +73,9 @@ from dse.support.units.table import (
     TRANSMISSION,
     UNITS,
     Dimension,
-    Exact,
     Money,
     Quantity,
     QuantityKind,
-    Rounded,
     Rounding,
     SizeRange,
     TimeRange,
@@ -88,7 +87,6 @@ from dse.support.units.table import (
     unit_hint,
     unit_ratio,
     units_of,
-    unrounded,
 )
 from dse.support.units.text import (
     MAX_PLACES,
@@ -107,7 +105,6 @@ from dse.support.units.text import (
     format_time_range,
     format_total,
 )
-from dse.support.units.unbounded import Unbounded, is_unbounded
 
 __all__ = [
     "BASES",
@@ -191,6 +188,7 @@ __all__ = [
     "parse_time_range_ns",
     "parse_total",
     "parse_transmission_ns",
+    "picked",
     "range_ends",
     "round_to_int",
     "shown",

@@ -9,6 +9,7 @@ from functools import lru_cache
 from math import ceil, floor
 from typing import NoReturn
 
+from dse.support.units.exact import Exact, Rounded, is_unbounded
 from dse.support.units.table import (
     BANDWIDTH,
     DIMENSIONLESS,
@@ -26,11 +27,9 @@ from dse.support.units.table import (
     TIME_RANGE,
     TRANSMISSION,
     UNITS,
-    Exact,
     Money,
     Quantity,
     QuantityKind,
-    Rounded,
     Rounding,
     SizeRange,
     TimeRange,
@@ -49,7 +48,6 @@ from dse.support.units.text import (
     format_size,
     format_time_range,
 )
-from dse.support.units.unbounded import is_unbounded
 
 MAX_DIGITS = 40
 MAX_EXPONENT = 30

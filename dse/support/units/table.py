@@ -6,9 +6,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import Enum
 from fractions import Fraction
-from typing import NamedTuple, TypeAlias
+from typing import NamedTuple
 
 from dse.support.errors import nearest
+from dse.support.units.exact import Exact
 
 
 class UnitError(ValueError):
@@ -83,37 +84,6 @@ class Quantity:
     value: Fraction
     dimension: Dimension | None
     unit: str
-
-
-Exact: TypeAlias = int | Fraction
-"""An exact number: an integer wherever it is whole."""
-
-
-class Rounded(int):
-    """An integer that a text was rounded to; `note` says so in words: ``"1.9 bit/s" counts as 1 bit/s``.
-
-    `exact` is the value before.
-    """
-
-    note: str
-    exact: Fraction
-
-    def __new__(cls, value: int, note: str, exact: Fraction) -> Rounded:
-        """The integer with its note, and the value that was rounded."""
-        made = super().__new__(cls, value)
-        made.note, made.exact = note, exact
-        return made
-
-    def __reduce__(self) -> tuple[type[Rounded], tuple[int, str, Fraction]]:
-        return Rounded, (int(self), self.note, self.exact)
-
-
-def unrounded(value: Exact) -> Exact:
-    """A figure as it was stated, before it was rounded to an integer.
-
-    A `Rounded` integer gives its exact fraction, every other number itself.
-    """
-    return value.exact if isinstance(value, Rounded) else value
 
 
 class TimeRange(NamedTuple):

@@ -7,7 +7,8 @@ from fractions import Fraction
 from functools import cache, lru_cache
 from math import ceil
 
-from dse.support.units.table import UNITS, Exact, Money, SizeRange, TimeRange, Total
+from dse.support.units.exact import Exact
+from dse.support.units.table import UNITS, Money, SizeRange, TimeRange, Total
 
 MAX_PLACES = 20
 LONGEST = 400

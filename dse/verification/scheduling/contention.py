@@ -16,14 +16,16 @@ from typing import TypeAlias
 
 from dse.analysis.evaluate import Evaluation, Evaluator
 from dse.analysis.limits import HOLDS, Limit, judge
+from dse.analysis.memo import looked_at
 from dse.analysis.placement.first_fit import core_of_each
 from dse.analysis.placement.heuristics import placements
 from dse.analysis.placement.priority_assignment import best_options, groups_of, is_decisive, limits_of
 from dse.analysis.scheduling.chained import chain_wait_ns
 from dse.analysis.scheduling.responses import all_responses, counted_ns, subset_responses, waited_ns
 from dse.analysis.terms import FlowChain
-from dse.analysis.views import CyclicActivation, Noting, View
+from dse.analysis.views import View
 from dse.space.architecture.joins import may_join
+from dse.space.model.arrivals import CyclicActivation
 from dse.space.model.space import Component, Design, OpenPriority, Space
 from dse.space.model.trees import NotOffered, at, leaves
 from dse.space.question.open_cores import decided_cores
@@ -142,9 +144,7 @@ def _without_order(space: Space, limits: Sequence[Limit], design: Design) -> Ite
         def is_late(given: Sequence[int], group: Sequence[int] = group) -> bool:
             return fails(group, given)
 
-        noting = Noting(design)
-        assert is_late(noting), "an order will do"
-        yield Lesson(_box(space, is_late, design, noting.seen), (group,))
+        yield Lesson(_box(space, is_late, design, _seen(is_late, design)), (group,))
 
 
 def ordered_pairs(
@@ -172,10 +172,9 @@ def waiting_lesson(space: Space, number: int, waited: Fraction, design: Design) 
         return waited_ns(space, number, view, counted_ns(known.get((number, "thread"), 0))) >= waited
 
     groups = least_groups(space, number, waits, design)
-    noting = Noting(design)
-    assert waits(groups, View(noting)), "a thread waits no more"
-    apart, above = ordered_pairs(space, groups, noting.seen)
-    box = {item: frozenset((option,)) for item, option in noting.seen.items() if item not in apart}
+    seen = _seen(lambda given: waits(groups, View(given)), design)
+    apart, above = ordered_pairs(space, groups, seen)
+    box = {item: frozenset((option,)) for item, option in seen.items() if item not in apart}
     return Lesson(box, groups or (), (number, waited), above)
 
 
@@ -189,13 +188,16 @@ def chain_lesson(space: Space, key: int, chain: FlowChain, waited: Fraction, des
         return chain_wait_ns(space, chain, View(view.design, groups)) >= waited
 
     groups = least_groups(space, chain.threads[-1], waits, design)
-    noting = Noting(design)
-    assert waits(groups, View(noting)), "a chain waits no more"
-    for group in groups or ():
-        for thread in group:
-            at(space.components[thread].processor, View(noting))
-    apart, above = ordered_pairs(space, groups, noting.seen)
-    box = {item: frozenset((option,)) for item, option in noting.seen.items() if item not in apart}
+
+    def waits_there(given: Sequence[int]) -> bool:
+        still = waits(groups, View(given))
+        for thread in (item for group in groups or () for item in group):
+            at(space.components[thread].processor, View(given))
+        return still
+
+    seen = _seen(waits_there, design)
+    apart, above = ordered_pairs(space, groups, seen)
+    box = {item: frozenset((option,)) for item, option in seen.items() if item not in apart}
     return Lesson(box, groups or (), (key, waited), above)
 
 
@@ -207,10 +209,9 @@ def _lesson(space: Space, limit: Limit, design: Design) -> Lesson:
         view = View(given)
         return not judge(limit, view).holds if groups is None else _breaks(space, limit, groups, view)
 
-    noting = Noting(design)
-    assert is_late(noting), "a thread is late no more"
-    apart, above = ordered_pairs(space, groups, noting.seen)
-    return Lesson(_box(space, is_late, design, noting.seen, apart), groups or (), above=above)
+    seen = _seen(is_late, design)
+    apart, above = ordered_pairs(space, groups, seen)
+    return Lesson(_box(space, is_late, design, seen, apart), groups or (), above=above)
 
 
 def full_lesson(space: Space, limit: Limit, design: Design) -> Lesson:
@@ -219,9 +220,14 @@ def full_lesson(space: Space, limit: Limit, design: Design) -> Lesson:
     def is_full(given: Sequence[int]) -> bool:
         return not judge(limit, View(given)).holds
 
-    noting = Noting(design)
-    assert is_full(noting), "the threads fit"
-    return Lesson(_box(space, is_full, design, noting.seen), ())
+    return Lesson(_box(space, is_full, design, _seen(is_full, design)), ())
+
+
+def _seen(holds: Callable[[Sequence[int]], bool], design: Design) -> dict[int, int]:
+    """The options that are looked at to see that something holds in a design."""
+    does_hold, seen = looked_at(design, lambda view: holds(view.design))
+    assert does_hold, "it does not hold"
+    return seen
 
 
 def _breaks(space: Space, limit: Limit, groups: Sequence[Sequence[int]], view: View) -> bool:
@@ -287,8 +293,9 @@ def _is_late_at(
     is_late: Callable[[Sequence[int]], bool], design: Design, changes: Mapping[int, int], apart: frozenset[int]
 ) -> bool:
     """Whether the threads are late with some options changed, by decisions that were looked at only."""
-    noting = Noting(tuple(changes.get(decision, option) for decision, option in enumerate(design)))
+    changed = tuple(changes.get(decision, option) for decision, option in enumerate(design))
     try:
-        return is_late(noting) and noting.seen.keys() <= changes.keys() | apart
+        still, seen = looked_at(changed, lambda view: is_late(view.design))
+        return still and seen.keys() <= changes.keys() | apart
     except (NotOffered, CyclicActivation):
         return False

@@ -22,6 +22,7 @@ from ortools.sat.python import cp_model
 from dse.analysis.binding import frame_numbers
 from dse.analysis.latency.rows import counts_responses
 from dse.analysis.limits import Limit, judge
+from dse.analysis.memo import looked_at
 from dse.analysis.messages.assignment import Candidate
 from dse.analysis.messages.burdens import burdens, goes_first, is_settled
 from dse.analysis.messages.conflicts import Conflict, conflicts, is_own_deadline, open_identifiers
@@ -29,7 +30,8 @@ from dse.analysis.messages.frames import added, apart, has_own_message, longest_
 from dse.analysis.messages.stages import candidate_of, counted_buses, identifier_range, is_comparable, limit_ns
 from dse.analysis.scheduling.resolve import released_undelayed
 from dse.analysis.scheduling.responses import message_waits_ns, with_threads
-from dse.analysis.views import CyclicActivation, Noting, PartialView, View, tabulate
+from dse.analysis.views import PartialView, View, tabulate
+from dse.space.model.arrivals import CyclicActivation
 from dse.space.model.space import Design, Space
 from dse.space.model.trees import Choice, NotOffered, at, leaves
 from dse.support.units import Exact
@@ -367,12 +369,16 @@ def _late_lesson(space: Space, limit: Limit, design: Design, *, has_places: bool
     groups = None
     if counts_responses(space) and has_places:
         groups = least_groups(space, -1, lambda found, view: is_late(found, view.design), design)
-    noting = Noting(design)
-    assert is_late(groups, noting), "a message is in time"
-    for thread in (one for group in groups or () for one in group):
-        at(space.components[thread].processor, View(noting))
-    apart, above = ordered_pairs(space, groups, noting.seen)
-    box = {item: frozenset((option,)) for item, option in noting.seen.items() if item not in apart}
+
+    def is_late_there(given: Sequence[int]) -> bool:
+        for thread in (one for group in groups or () for one in group):
+            at(space.components[thread].processor, View(given))
+        return is_late(groups, given)
+
+    still, seen = looked_at(design, lambda view: is_late_there(view.design))
+    assert still, "a message is in time"
+    apart, above = ordered_pairs(space, groups, seen)
+    box = {item: frozenset((option,)) for item, option in seen.items() if item not in apart}
     return Lesson(box, groups or (), above=above)
 
 
@@ -465,6 +471,6 @@ def _still(holds: Callable[[Sequence[int]], bool], design: Design) -> bool:
 
 def _seen(holds: Callable[[Sequence[int]], bool], design: Design) -> dict[int, frozenset[int]]:
     """The options that are looked at to see that something holds in a design."""
-    noting = Noting(design)
-    assert holds(noting), "it does not hold"
-    return {decision: frozenset((option,)) for decision, option in noting.seen.items()}
+    does_hold, seen = looked_at(design, lambda view: holds(view.design))
+    assert does_hold, "it does not hold"
+    return {decision: frozenset((option,)) for decision, option in seen.items()}

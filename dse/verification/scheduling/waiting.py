@@ -20,7 +20,7 @@ from ortools.sat.python import cp_model
 from dse.analysis.scheduling.chained import chain_wait_ns
 from dse.analysis.scheduling.responses import UNBOUNDED_NS, all_responses, counted_ns, waited_ns
 from dse.analysis.views import View
-from dse.space.architecture.chains import before_in_chain, may_come_once
+from dse.space.architecture.chains import before_in_chain, may_come_seldom
 from dse.space.model.space import Design, Space
 from dse.verification.diagrams import leaves
 from dse.verification.sums import Waits
@@ -65,7 +65,7 @@ class WaitVariables:
                 if other != number
                 and self._may_wait(number, other)
                 and not self._may_succeed(number, other)
-                and not may_come_once(space, other, (number,))
+                and not may_come_seldom(space, other, (number,))
             ]
             shares = [self._share(number, other) for other in others]
             model.add(self.first[number] >= self.scale * sum(shares))
@@ -99,7 +99,7 @@ class WaitVariables:
             waiting = [number for number in members if self._may_wait(number, other)]
             if not waiting or other in chain or any(self._may_succeed(number, other) for number in members):
                 continue
-            if may_come_once(self.space, other, members):
+            if may_come_seldom(self.space, other, members):
                 continue
             share = self.model.new_int_var(0, UNBOUNDED_NS, "")
             for number in waiting:

@@ -11,13 +11,12 @@ from heapq import merge
 from operator import attrgetter
 from typing import TypeAlias
 
-from dse.analysis.scheduling.busy_window import Task, densest_releases_ns, is_late, load
+from dse.analysis.scheduling.busy_window import Task, TaskKey, densest_releases_ns, is_late, load
 from dse.analysis.scheduling.model import Resource
 from dse.analysis.scheduling.parts import Parts, counted
 from dse.analysis.scheduling.policies.executor_work import EndlessError, Work, jobs_by, until_end
 from dse.analysis.scheduling.policies.executors import Fellow, Queued, beside
 from dse.analysis.scheduling.policies.successions import Succession, longest_of_each
-from dse.analysis.scheduling.tasks import TaskKey
 from dse.support.units import Exact
 
 

@@ -25,9 +25,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from fractions import Fraction
 from functools import lru_cache, partial
 from operator import is_
+from typing import TypeAlias
 
 from dse.analysis.scheduling.busy_window import (
     PLAIN,
@@ -111,12 +111,12 @@ class Arbitrated:
         return release_ns <= start_ns if self._counts_starts else release_ns < start_ns + self.bit_ns
 
     @property
-    def used(self) -> float | Fraction:
-        """The share of the bus that it takes in the long run with all that goes before it, faults of the wire among it.
+    def demand(self) -> tuple[Task, ...]:
+        """The message with all that goes before it, faults of the wire among it.
 
-        Without a bound where that is more than 1.
+        Without a bound where they need more than all of the bus.
         """
-        return load((self.task, *self.urgent, *self.of_wire))
+        return (self.task, *self.urgent, *self.of_wire)
 
     @property
     def of_wire(self) -> tuple[Task, ...]:
@@ -135,7 +135,7 @@ class Arbitrated:
         the busy period takes too many steps.
         """
         task, urgent, blocked = self.task, [item for item in self.urgent if item.worst_ns], self.blocked_ns
-        used = self.used
+        used = load(self.demand)
         if used > 1 or (
             used == 1 and (blocked or self.faults or not task.streams or any(map(is_late, (task, *urgent))))
         ):
@@ -228,10 +228,19 @@ class InTurn:
     def _any_order(self) -> Queued | None:
         return Queued("wait_set", self.task, tuple(Fellow(item, True) for item in self.others)) if self.others else None
 
+    @property
+    def demand(self) -> tuple[Task, ...]:
+        """The message with all that goes before it, by the bound for which they need less of the bus."""
+        line, free = self.in_line, self._any_order
+        ways = [(line.task, *line.sharing), *([] if free is None else [(free.task, *free.sharing)])]
+        return min(ways, key=load)
 
-def window_of(
-    resource: Resource, position: int, tasks: Sequence[Task | None]
-) -> Arbitrated | InTurn | QueuedMessage | None:
+
+OnBus: TypeAlias = Arbitrated | InTurn | QueuedMessage
+"""What decides how long a message takes on its bus."""
+
+
+def window_of(resource: Resource, position: int, tasks: Sequence[Task | None]) -> OnBus | None:
     """The busy window that decides the response time of a message on a bus; None where it has no bound.
 
     Of less urgent messages one may be in the way, however often it comes. Where senders take turns that is so of each

@@ -22,13 +22,12 @@ from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import cast
 
-from dse.analysis.scheduling.busy_window import Task
+from dse.analysis.scheduling.busy_window import Kin, Task, TaskKey
 from dse.analysis.scheduling.model import ChainKey, Entry, Resource, Stage, System
 from dse.analysis.scheduling.policies.coupled import NOT_THERE
-from dse.analysis.scheduling.policies.preemptive import Preempted, longest
+from dse.analysis.scheduling.policies.preemptive import Preempted, longest, present
 from dse.analysis.scheduling.policies.reservations import gaps_and_servers
 from dse.analysis.scheduling.policies.successions import MOST_THREADS, Succession, is_prioritised
-from dse.analysis.scheduling.tasks import TaskKey
 from dse.support.units import Exact
 
 MOST_ON_CORE = 256
@@ -144,7 +143,8 @@ def window_of(
     first, last = (resource.entries[chain.members[place]].key for place in (0, -1))
     is_apart = succession.are_apart(first, last)
     pieces = 1 + len(chain.breaks) if is_apart or not chain.breaks else None
-    cases = succession.cases(resource.entries[chain.lowest].key, chain.members[0], tasks, pieces)
+    ends = chain.members[0], chain.members[-1]
+    cases = succession.cases(resource.entries[chain.lowest].key, ends, tasks, pieces)
     return longest([_window_of(resource, chain, case, succession, is_apart=is_apart) for case in cases])
 
 
@@ -177,22 +177,18 @@ def _window_of(
         if not chain.breaks:
             return meeting
     over = succession.over_before(chain.members, chain.rivals) if is_apart else ()
-    kin = tuple(
-        item
-        for position in chain.rivals
-        if position in over and (item := tasks[position]) is not None and item is not NOT_THERE
-    )
+    kin = present(tasks, (position for position in chain.rivals if position in over))
     work_ns = sum(item.worst_ns for item in own) + chain.absent_ns
     whole = Task(own[-1].name, work_ns, head.streams, head.separation_ns, own[-1].stage)
     under_way_ns = sum(item.worst_ns for item in own[chain.breaks[0] :]) if chain.breaks else 0
     if meeting is not None:  # no less than where jobs do not meet
-        return longest([meeting, Preempted(whole, rivals, lowest.blocking_ns + way_ns, kin, under_way_ns)])
+        return longest([meeting, Preempted(whole, rivals, lowest.blocking_ns + way_ns, Kin(kin, under_way_ns))])
     rest_ns = succession.rest_ns(first, last)
     if under_way_ns and rest_ns is not None:
         lone = Preempted(Task(whole.name, under_way_ns, ()), rivals, lowest.blocking_ns).response_ns()
         if lone is not None and lone <= rest_ns:  # what the job before leaves, and all behind it, is over by then
             under_way_ns = 0
-    return Preempted(whole, rivals, lowest.blocking_ns + way_ns, kin, under_way_ns)
+    return Preempted(whole, rivals, lowest.blocking_ns + way_ns, Kin(kin, under_way_ns))
 
 
 def _first_in_turn(entries: Sequence[Entry], members: Sequence[int]) -> int:

@@ -13,57 +13,136 @@ make bounds less, and what is learnt of few threads would not hold of more.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
+from typing import Any, NamedTuple, TypeAlias
 
-from dse.analysis.scheduling.busy_window import Stream, Task
+from dse.analysis.scheduling.busy_window import Behind, Stream, Task, TaskKey
 from dse.analysis.scheduling.event_models import EventModels, once
 from dse.analysis.scheduling.model import Resource, Stage
-from dse.analysis.scheduling.tasks import TaskKey
-from dse.analysis.terms import picked
-from dse.support.units import Exact
+from dse.support.units import Exact, picked
 
+MOST_ON_WAY = 16
+"""The greatest number of messages on their way that is told."""
 NOT_THERE = Task("", 0, ())
 """In place of a stage that does not come in a window."""
+SpansTo: TypeAlias = Callable[[TaskKey], Iterable[tuple[TaskKey, Exact]]]
+"""Gives the stages of a chain up to one, the nearest first, each with the longest time from its release to that end."""
+
+
+class OnWay(NamedTuple):
+    """How many jobs of a stage come, from some time on, of jobs of one before it in its chain that have ended by then.
+
+    `most` are these, `most_sooner` of jobs that have ended before that time; None where it is not known. A job comes no
+    later than `longest_ns` after the one of the other stage is released.
+    """
+
+    before: Stage
+    most: int | None
+    most_sooner: int | None
+    longest_ns: Exact | None = None
+
+
+OnWayOf: TypeAlias = Callable[[TaskKey], Sequence[OnWay]]
+"""Gives what a stage is behind on its core."""
 
 
 def has_coupled(stages: Mapping[TaskKey, Stage], resource: Resource) -> bool:
-    """Whether a thread of a resource is released by another one on the same stated core."""
-    return any(before_on_core(stages, stages[entry.key]) is not None for entry in resource.entries)
+    """Whether a thread of a resource comes behind another one on the same stated core in its chain."""
+    return any(is_coupled(stages, stages[entry.key]) for entry in resource.entries)
+
+
+def is_coupled(stages: Mapping[TaskKey, Stage], stage: Stage) -> bool:
+    """Whether a stage comes behind another one on the same stated core in its chain."""
+    return next(_all_before(stages, stage), None) is not None
+
+
+def behind_on_core(
+    events: EventModels, stage: Stage, spans_to: SpansTo, is_apart: Callable[[TaskKey, Exact], bool]
+) -> Iterator[OnWay]:
+    """How many jobs of a stage are on their way at some time behind each stage before it in its chain on its core.
+
+    `spans_to` gives the longest times from stages of a chain up to the end of one, `is_apart` whether a stage is not
+    released again within some time.
+    """
+    stages = events.stages
+    wanted = {before.key: before for before in _all_before(stages, stage)}
+    if not wanted:
+        return
+    link = stage.follows
+    assert link is not None
+    assert link.after is not None
+    if link.after in wanted:
+        yield behind_next(stage, wanted[link.after])
+    ways: dict[TaskKey, Exact] = {link.after: link.most_ns}
+    for key, span in spans_to(link.after):
+        if (before := wanted.get(key)) is not None:
+            if is_apart(key, span + link.most_ns):  # a job is not released before the one before it has come through
+                yield OnWay(before, 1, 1, span + link.most_ns)
+            elif key in ways and (leaving := events.leaving(key)) is not None:
+                within = sum(1 + (ways[key] + one.jitter_ns) // one.period_ns for one in leaving)
+                sooner = sum(-(-(ways[key] + one.jitter_ns) // one.period_ns) for one in leaving)
+                yield OnWay(before, None if before.has_section else within, sooner, span + link.most_ns)
+        further = stages[key].follows
+        if further is not None and further.after is not None:
+            ways[further.after] = span + link.most_ns + further.most_ns
+
+
+def behind_next(stage: Stage, before: Stage) -> OnWay:
+    """How many messages are on their way from a stage to the next one at most: jobs end no closer than they take."""
+    link = stage.follows
+    assert link is not None
+    if not link.most_ns:
+        return OnWay(before, 1, 0)
+    most = next((jobs for jobs in range(1, MOST_ON_WAY + 1) if link.most_ns < jobs * before.best_ns), None)
+    sooner = next((jobs for jobs in range(1, MOST_ON_WAY + 1) if link.most_ns <= jobs * before.best_ns), None)
+    return OnWay(before, None if before.has_section else most, sooner)
 
 
 def cases_in_window(
     events: EventModels,
     resource: Resource,
     level: TaskKey,
-    first: int,
+    ends: tuple[int, TaskKey],
     tasks: Sequence[Task | None],
+    behind_of: OnWayOf,
     pieces: int | None = 1,
 ) -> list[Sequence[Task | None]]:
     """The stages of a resource as they come in a busy window of the priority of one of them, in each case there is.
 
     `tasks` are they as they come at any time; None is one that comes without a bound, `NOT_THERE` one that does not
-    come. The window is that of the stage at the position `first`, or of a chain that begins with it and is under way
-    between so many `pieces` (None: as many as come). Each of these may begin behind another less urgent thread.
+    come. The window is that of the stages from that at a position to another one, its `ends`. They are under way
+    between so many `pieces` (None: as many as come), each of which may begin behind another less urgent thread.
     """
+    first, last = ends
     stated = events.stages[level].stated
     if stated is None:
         return [tasks]
     found: list[Task | None] = []
     behind: dict[TaskKey, list[int]] = {}
+    first_key = resource.entries[first].key
     for position, (entry, task) in enumerate(zip(resource.entries, tasks, strict=True)):
+        if not behind_of(entry.key):
+            found.append(task)
+            continue
         stage = events.stages[entry.key]
-        head, less_urgent = _head_of(events.stages, stage, stated.priority)
-        comes = task if head is stage else events.released_as(stage.key, head.key)
-        is_own = pieces != 1 and position == first
-        if less_urgent is None or not is_soon(head, less_urgent) or is_own or pieces is None:
-            found.append(comes)
-        elif pieces > 1:
-            found.append(replace(once(stage) if comes is None else comes, most=pieces))
-        else:
-            found.append(once(stage))
-            if not _sent_ns(head):
+        passed, less_urgent = _up_to_head(events.stages, stage, stated.priority)
+        comes = task if len(passed) == 1 else events.released_as(stage.key, passed[-1].key)
+        known = [item for one in passed for item in behind_of(one.key)]
+        most = _least(item.most for item in known if _priority(item.before) < stated.priority)
+        is_once = most == 1 and pieces == 1
+        if is_once:
+            comes = once(stage)
+            if less_urgent is not None and not _sent_ns(passed[-1]):
                 behind.setdefault(less_urgent.key, []).append(position)
+        elif most is not None and pieces is not None and position != first:
+            comes = replace(once(stage) if comes is None else comes, most=most * pieces)
+        if pieces == 1 and position != first and comes is not None:
+            sooner = _least(item.most_sooner for item in known if item.before.key == last)
+            if sooner is not None:
+                reach = _least(item.longest_ns for item in known if item.before.key == first_key)
+                comes = replace(comes, behind=_behind(events, first_key, sooner, reach))
+        found.append(comes)
     if not behind:
         return [found]
     grouped = {position for members in behind.values() for position in members}
@@ -81,20 +160,38 @@ def cases_in_window(
     return cases
 
 
-def _head_of(stages: Mapping[TaskKey, Stage], stage: Stage, priority: int) -> tuple[Stage, Stage | None]:
-    """The stage of whose releases one comes no more often than in windows of a priority.
+def _behind(events: EventModels, first: TaskKey, sooner: int, reach_ns: Exact | None) -> Behind:
+    """What comes behind a stage, or a chain that begins with it, in its windows."""
+    streams = events.streams(first)
+    if streams is None or len(streams) != 1 or reach_ns is None:
+        return Behind(sooner, None, 1)
+    return Behind(sooner, reach_ns + streams[0].jitter_ns, streams[0].period_ns)
 
-    With it the less urgent stage that releases that one, if such a one does.
+
+def _least(numbers: Iterable[Exact | None]) -> Any:
+    known = [number for number in numbers if number is not None]
+    return min(known, default=None)
+
+
+def _priority(stage: Stage) -> int:
+    assert stage.stated is not None
+    return stage.stated.priority
+
+
+def _up_to_head(stages: Mapping[TaskKey, Stage], stage: Stage, priority: int) -> tuple[list[Stage], Stage | None]:
+    """A stage and those before it of whose releases it comes no more often than in windows of a priority.
+
+    With them the less urgent stage that releases the last of these, if such a one does.
     """
     passed = [stage]
     while (before := before_on_core(stages, passed[-1])) is not None and before not in passed:
         assert before.stated is not None
         if before.stated.priority < priority:
-            return passed[-1], before
+            return passed, before
         if _sent_ns(passed[-1]):
             break
         passed.append(before)
-    return passed[-1], None
+    return passed, None
 
 
 def _sent_ns(stage: Stage) -> Exact:
@@ -139,14 +236,15 @@ def _way_up(stages: Mapping[TaskKey, Stage], key: TaskKey) -> Iterator[tuple[Tas
         yield key, least
 
 
-def is_soon(stage: Stage, before: Stage) -> bool:
-    """Whether a message takes less from the stage before than any job of that, so that one at most is on its way.
-
-    That depends on the shortest execution time: where it is longer, busy windows may hold less.
-    """
-    link = stage.follows
-    assert link is not None
-    return bool(not link.most_ns or (link.most_ns < before.best_ns and not before.has_section))
+def _all_before(stages: Mapping[TaskKey, Stage], stage: Stage) -> Iterator[Stage]:
+    """The stages before one in its chain that are on its stated core and take time, the nearest first."""
+    link, passed = stage.follows, {stage.key}
+    while stage.stated is not None and link is not None and link.after is not None and link.after not in passed:
+        before = stages[link.after]
+        if before.stated is not None and before.stated.shares_core(stage.stated) and before.cost_ns != 0:
+            yield before
+        passed.add(link.after)
+        link = before.follows
 
 
 def before_on_core(stages: Mapping[TaskKey, Stage], stage: Stage) -> Stage | None:

@@ -40,6 +40,7 @@ from operator import attrgetter
 from dse.analysis.scheduling.busy_window import (
     PLAIN,
     Task,
+    TaskKey,
     densest_releases_ns,
     is_late,
     is_plain,
@@ -52,8 +53,7 @@ from dse.analysis.scheduling.parts import Parts, before_job, counted
 from dse.analysis.scheduling.policies.executor_work import EndlessError, Work, jobs_by, until_end
 from dse.analysis.scheduling.policies.reservations import gaps_and_servers
 from dse.analysis.scheduling.policies.successions import Succession, longest_of_each
-from dse.analysis.scheduling.tasks import TaskKey
-from dse.space.model.space import ExecutorKind
+from dse.space.model.kinds import ExecutorKind
 from dse.support.units import Exact
 
 

@@ -2,15 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 
-from dse.analysis.scheduling.busy_window import PLAIN, Task, is_plain, most_jobs, response_time_ns, worst_job_ns
+from dse.analysis.scheduling.busy_window import (
+    PLAIN,
+    Kin,
+    Task,
+    in_window_of,
+    is_plain,
+    most_jobs,
+    response_time_ns,
+    worst_job_ns,
+)
 from dse.analysis.scheduling.model import Entry, Resource
 from dse.analysis.scheduling.parts import Parts, before_job
 from dse.analysis.scheduling.policies.coupled import NOT_THERE
 from dse.analysis.scheduling.policies.reservations import gaps_and_servers
+from dse.analysis.scheduling.policies.successions import Succession
 from dse.support.units import Exact
 
 
@@ -33,8 +43,7 @@ class Preempted:
     task: Task
     rivals: tuple[Task, ...]
     blocked_ns: Exact = 0
-    kin: tuple[Task, ...] | None = None
-    under_way_ns: Exact = 0
+    kin: Kin | None = None
     source: Task | None = None
     others: tuple[Preempted, ...] = ()
     """The windows of other cases, which take no longer."""
@@ -56,8 +65,8 @@ class Preempted:
         if not task.worst_ns:
             return 0
         if type(blocked) in PLAIN and all(map(is_plain, (task, *rivals))):
-            return _remembered(task, rivals, blocked, self.kin, self.under_way_ns, self.source)
-        return response_time_ns(task, rivals, blocked, self.kin, self.under_way_ns, self.source)
+            return _remembered(task, rivals, blocked, self.kin, self.source)
+        return response_time_ns(task, rivals, blocked, self.kin, self.source)
 
     def parts(self) -> Parts | None:
         """The parts of the wait of the job with the longest response time; None where it has no bound.
@@ -67,12 +76,13 @@ class Preempted:
         """
         if not self.task.worst_ns:
             return Parts()
-        found = worst_job_ns(self.task, self.rivals, self.blocked_ns, self.kin, self.under_way_ns, self.source)
+        found = worst_job_ns(self.task, self.rivals, self.blocked_ns, self.kin, self.source)
         if found is None:
             return None
-        over, end = found
-        jobs = [(item, most_jobs(item, end)) for item in self.rivals]
-        kin = set(map(id, self.kin or ()))  # tasks of other threads may be equal
+        over, end, earlier, released = found
+        there = in_window_of(self.rivals, earlier, released)
+        jobs = [(item, most_jobs(one, end)) for item, one in zip(self.rivals, there, strict=True)]
+        kin = set(map(id, () if self.kin is None else self.kin.rivals))  # tasks of other threads may be equal
         taken = sum(number * item.worst_ns for item, number in jobs if id(item) in kin)
         if taken and taken <= over:
             jobs = [(item, number) for item, number in jobs if id(item) not in kin]
@@ -101,21 +111,29 @@ def longest(cases: Sequence[Preempted | None]) -> Preempted | None:
 
 @lru_cache(16384)
 def _remembered(
-    task: Task,
-    rivals: tuple[Task, ...],
-    blocked_ns: Exact,
-    kin: tuple[Task, ...] | None,
-    under_way_ns: Exact,
-    source: Task | None,
+    task: Task, rivals: tuple[Task, ...], blocked_ns: Exact, kin: Kin | None, source: Task | None
 ) -> Exact | None:
     """`response_time_ns`: from round to round, and from design to design, most tasks meet the same."""
-    return response_time_ns(task, rivals, blocked_ns, kin, under_way_ns, source)
+    return response_time_ns(task, rivals, blocked_ns, kin, source)
 
 
 def window_of(
-    resource: Resource, position: int, tasks: Sequence[Task | None], over: frozenset[int] = frozenset()
+    resource: Resource, position: int, tasks: Sequence[Task | None], succession: Succession
 ) -> Preempted | None:
     """The busy window that decides the response time of a stage that no executor runs; None where it has no bound.
+
+    Of several cases in which the stages of the resource may come the longest one.
+    """
+    entry = resource.entries[position]
+    over = succession.over_before((position,), entry.rivals)
+    cases = succession.cases(entry.key, (position, position), tasks)
+    return longest([_window_of(resource, position, case, over) for case in cases])
+
+
+def _window_of(
+    resource: Resource, position: int, tasks: Sequence[Task | None], over: frozenset[int]
+) -> Preempted | None:
+    """The busy window of a stage where the stages of its resource come as `tasks`.
 
     Of a piece of a thread it is the time from its own release: one job, for those before it have ended. Where it
     shares its turn with others these have waited for the pieces before it, which count as they do. The rivals at the
@@ -130,8 +148,13 @@ def window_of(
     job = task.single() if entry.is_piece and not entry.shares_turn else task
     if rivals is None:
         return None
-    kin = tuple(item for position in over if (item := tasks[position]) is not None and item is not NOT_THERE)
-    return Preempted(job, rivals, entry.blocking_ns, kin or None)
+    kin = present(tasks, over)
+    return Preempted(job, rivals, entry.blocking_ns, Kin(kin) if kin else None)
+
+
+def present(tasks: Sequence[Task | None], positions: Iterable[int]) -> tuple[Task, ...]:
+    """The stages at some positions that come in a window, as tasks in their order."""
+    return tuple(item for position in positions if (item := tasks[position]) is not None and item is not NOT_THERE)
 
 
 def rivals_of(

@@ -28,12 +28,11 @@ from collections.abc import Sequence
 from fractions import Fraction
 from typing import TypeAlias
 
-from dse.analysis.scheduling.busy_window import Stream, Task
-from dse.analysis.scheduling.event_models import EventModels, Streams
+from dse.analysis.scheduling.busy_window import Stream, Task, TaskKey
+from dse.analysis.scheduling.event_models import EventModels, Streams, apart_ns
 from dse.analysis.scheduling.model import Entry, Resource
 from dse.analysis.scheduling.policies import preemptive
 from dse.analysis.scheduling.policies.preemptive import Preempted
-from dse.analysis.scheduling.tasks import TaskKey
 from dse.support.units import Exact
 
 Spans: TypeAlias = "dict[TaskKey, Exact | None]"
@@ -143,14 +142,3 @@ class Segments:
         The sum of the spans of pieces on accelerators.
         """
         return sum((self.spans[key] or 0 for key in pieces if self.events.stages[key].is_away), 0)
-
-
-def apart_ns(releases: Sequence[Stream], separation_ns: int | None) -> Exact | None:
-    """The least time between two releases of a thread; None where it is released once only.
-
-    In ns: period less jitter of a single stream, or the separation where that is greater; 0 for several streams.
-    """
-    if not releases:
-        return None
-    streams = releases[0].period_ns - releases[0].jitter_ns if len(releases) == 1 else 0
-    return max(0, streams, separation_ns or 0)

@@ -12,12 +12,10 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import cached_property, reduce
 from itertools import islice
 
-from dse.analysis.scheduling.busy_window import Task
-from dse.analysis.scheduling.event_models import EventModels
+from dse.analysis.scheduling.busy_window import Task, TaskKey
+from dse.analysis.scheduling.event_models import EventModels, apart_ns
 from dse.analysis.scheduling.model import Entry, Resource, Stage, System
-from dse.analysis.scheduling.policies.coupled import cases_in_window, has_coupled
-from dse.analysis.scheduling.policies.segments import apart_ns
-from dse.analysis.scheduling.tasks import TaskKey
+from dse.analysis.scheduling.policies.coupled import OnWay, behind_on_core, cases_in_window, has_coupled
 from dse.support.units import Exact
 
 MOST_THREADS = 32
@@ -42,8 +40,8 @@ class Chains:
         """The longest time from the release of the one that comes before until the end of the other."""
         there = set(keys)
         for key in keys:
-            ways = list(self._spans_to(key))
-            is_over = [self._is_apart(first, span) for first, span in ways]
+            ways = list(self.spans_to(key))
+            is_over = [self.is_apart(first, span) for first, span in ways]
             for position, (first, _) in enumerate(ways):
                 if first in there:
                     self._first[key], self._spans[first, key] = first, ways[position][1]
@@ -56,7 +54,7 @@ class Chains:
         found = self.events.ends.get(key, alone)
         return None if found is None else max(found, alone)
 
-    def _spans_to(self, key: TaskKey) -> Iterator[tuple[TaskKey, Exact]]:
+    def spans_to(self, key: TaskKey) -> Iterator[tuple[TaskKey, Exact]]:
         """A stage and all before it in its chain, with the longest time from the release of that to its own end.
 
         Of all ways to cut that into windows of chains on one core and response times the least.
@@ -82,7 +80,7 @@ class Chains:
             first = link.after
             way.insert(0, first)
 
-    def _is_apart(self, key: TaskKey, span: Exact) -> bool:
+    def is_apart(self, key: TaskKey, span: Exact) -> bool:
         """Whether so long a time is over when a stage is released again."""
         if key not in self._apart:
             streams = self.events.streams(key)
@@ -142,6 +140,7 @@ class Succession:
     def __init__(self, events: EventModels, resource: Resource) -> None:
         self.events, self.resource = events, resource
         self._chains: dict[int, Chains] = {}
+        self._behind: dict[TaskKey, list[OnWay]] = {}
 
     def chains(self, executor: int) -> Chains:
         """The chains of one executor.
@@ -160,36 +159,39 @@ class Succession:
         return self.resource.wire is None and has_coupled(self.events.stages, self.resource)
 
     def cases(
-        self, level: TaskKey, first: int, tasks: Sequence[Task | None], pieces: int | None = 1
+        self, level: TaskKey, ends: tuple[int, int], tasks: Sequence[Task | None], pieces: int | None = 1
     ) -> list[Sequence[Task | None]]:
         """The stages of the resource as they come in a busy window of the priority of one of them, in each case.
 
-        The window is that of the stage at the position `first`, or of a chain that begins with it, in so many `pieces`.
+        The window is that of a chain between the positions `ends`, or of a stage that is both, in so many `pieces`.
         """
         if not self.has_coupled:
             return [tasks]
-        return cases_in_window(self.events, self.resource, level, first, tasks, pieces)
+        first, last = ends[0], self.resource.entries[ends[1]].key
+        return cases_in_window(self.events, self.resource, level, (first, last), tasks, self._behind_of, pieces)
+
+    def _behind_of(self, key: TaskKey) -> Sequence[OnWay]:
+        if key not in self._behind:
+            outside = self._outside
+            found = behind_on_core(self.events, self.events.stages[key], outside.spans_to, outside.is_apart)
+            self._behind[key] = list(found)
+        return self._behind[key]
 
     @cached_property
-    def relatives_there(self) -> Mapping[int, frozenset[int]]:
-        """For each stage its rivals that come before or after it in its chain, where there are any, by position.
+    def has_relatives(self) -> bool:
+        """Whether a stage of the resource may go before one that comes before or after it in its chain.
 
         Of stages that only priorities schedule.
         """
         entries, stages = self.resource.entries, self.events.stages
         if not any(stages[entry.key].follows is not None for entry in entries):
-            return {}
-        above, found = self._above, {}
-        for position, mine in above.items():
-            key = entries[position].key
-            related = frozenset(
-                other
-                for other in entries[position].rivals
-                if other in above and (entries[other].key in mine or key in above[other])
-            )
-            if related:
-                found[position] = related
-        return found
+            return False
+        above = self._above
+        return any(
+            other in above and (entries[other].key in mine or entries[position].key in above[other])
+            for position, mine in above.items()
+            for other in entries[position].rivals
+        )
 
     @cached_property
     def _above(self) -> Mapping[int, frozenset[TaskKey]]:
@@ -219,14 +221,12 @@ class Succession:
 
         Positions; such rivals come before the first of the chain or after its last, and are over when it is released.
         """
-        if not self.relatives_there:
+        if not self.has_relatives:
             return frozenset()
         entries, above = self.resource.entries, self._above
         first, last = entries[members[0]].key, entries[members[-1]].key
-        before, keys = (
-            above.get(members[0], frozenset()),
-            {other: entries[other].key for other in rivals if other in above},
-        )
+        before = above.get(members[0], frozenset())
+        keys = {other: entries[other].key for other in rivals if other in above}
         return frozenset(
             other
             for other, key in keys.items()

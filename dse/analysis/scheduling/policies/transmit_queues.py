@@ -17,7 +17,6 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from fractions import Fraction
 from functools import lru_cache, partial
 from heapq import merge
 
@@ -85,12 +84,12 @@ class QueuedMessage:
         return before_job(self.task, jobs, self.blocked_ns, release, end, faults)
 
     @property
-    def used(self) -> float | Fraction:
-        """The share of the bus that its queue takes in the long run with all that goes before that, faults among it.
+    def demand(self) -> tuple[Task, ...]:
+        """The messages of its queue with all that goes before these, faults of the wire among it.
 
-        Without a bound where that is more than 1.
+        Without a bound where they need more than all of the bus.
         """
-        return load((self.task, *self.line, *self.urgent, *self._of_wire))
+        return (self.task, *self.line, *self.urgent, *self._of_wire)
 
     @property
     def _of_wire(self) -> tuple[Task, ...]:
@@ -112,7 +111,7 @@ class QueuedMessage:
         """
         task, line = self.task, [item for item in self.line if item.worst_ns]
         urgent = [item for item in self.urgent if item.worst_ns]
-        used = self.used
+        used = load(self.demand)
         late = self.blocked_ns or self.faults or not task.streams or any(map(is_late, (task, *line, *urgent)))
         if used > 1 or (used == 1 and late):
             return None

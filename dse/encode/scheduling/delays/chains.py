@@ -21,7 +21,7 @@ from dse.analysis.scheduling.responses import UNBOUNDED_NS
 from dse.analysis.terms import FlowChain, Waiter
 from dse.encode.scheduling.combined import Combined
 from dse.encode.scheduling.places import Places, Thread
-from dse.space.architecture.chains import follows, may_come_once
+from dse.space.architecture.chains import follows, may_come_seldom
 from dse.space.model.space import Space
 
 
@@ -170,7 +170,7 @@ class ChainRows:
         """A literal that is true where another thread delays one of these on a processor; None where it never does."""
         if other.is_odd or other.rates is None or any(other.number == item.number for item in own):
             return None
-        if may_come_once(self.waiting.space, other.number, [item.number for item in own]):  # of these only some do
+        if may_come_seldom(self.waiting.space, other.number, [item.number for item in own]):  # of these only some do
             return None
         found = {
             delays
