@@ -28,11 +28,13 @@ class FlowChain:
     """Threads in a row of a flow of which each may be released by the end of the one before, the first of them first.
 
     It `has_source` where the flow comes to them through all that may release the first one, from a source of its own
-    on: then how late they end counts from the release of that (docs/semantics.md, section 4.9).
+    on: then how late they end counts from the release of that (docs/semantics.md, section 4.9). It `is_paired` where
+    the first one takes messages of all its inputs in order: then it counts from its latest release (section 3.8).
     """
 
     threads: tuple[int, ...]
     has_source: bool = False
+    is_paired: bool = False
 
 
 Waiter: TypeAlias = int | FlowChain

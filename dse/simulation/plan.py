@@ -429,7 +429,8 @@ def _queue(space: Space, figures: PlanFigures, key: TaskKey) -> Queue | None:
     kind = figures.kinds[executor]
     is_thread = int(part == "thread")
     if kind in ("wait_set", "polling"):  # timers first, then in the order of the file
-        return Queue(executor, kind, (int(figures.components[number].period_ns is None), number, is_thread))
+        turns = (int(figures.components[number].period_ns is None), number, is_thread)
+        return Queue(executor, kind, turns if kind == "wait_set" else (*figures.numbered[number], *turns))
     return Queue(executor, kind, (*figures.inner[number], is_thread))
 
 

@@ -126,6 +126,7 @@ class PlanFigures:
     probe_ns: int
     overheads: Sequence[Overheads]
     inner: Mapping[int, tuple[int, ...]]
+    numbered: Mapping[int, tuple[int, int]]
     kinds: Sequence[ExecutorKind]
     executors: Sequence[int | None]
     reserved: Mapping[int, Reserved]
@@ -174,6 +175,7 @@ def read_figures(space: Space, design: Design, cores: Mapping[int, int]) -> Plan
         max(periods, default=PROBE_NS),
         [Overheads(2 * reader.at(slot.switch_ns), reader.at(slot.interference)) for slot in space.processors],
         _inner(space, design, components),
+        _numbered(space, design),
         [at(item.kind, design) for item in space.executors],
         [at(item.executor, design) for item in space.components],
         _reserved(space, design, components),
@@ -470,6 +472,12 @@ def _turn(component: Component, figures: ComponentFigures, design: Design, index
     if priority == "deadline_monotonic" and any(time is not None for time in times):
         return (1, next(time for time in times if time is not None), index)
     return (1, NS_PER_S / figures.rate_hz, index) if figures.rate_hz else (2, index)
+
+
+def _numbered(space: Space, design: Design) -> dict[int, tuple[int, int]]:
+    """For each thread its turn by its priority in a round of an executor that polls: those with a number first."""
+    priorities = {number: at(item.priority, design) for number, item in enumerate(space.components)}
+    return {number: (0, -item) if isinstance(item, int) else (1, 0) for number, item in priorities.items()}
 
 
 def _inner(space: Space, design: Design, components: Sequence[ComponentFigures]) -> dict[int, tuple[int, ...]]:

@@ -92,6 +92,56 @@ def test_a_message_waits_for_the_others(
     assert ranges_ms(changed(FUSION, *changes))["lidar_path"] == lidar_ms
 
 
+@pytest.mark.parametrize(
+    ("changes", "lidar_ms"),
+    [
+        ((), (10, 210)),
+        (ON_ONE_CLOCK, (10, 110)),
+        ((("join: all", "join: all, queue_size: 2"),), (10, 210)),
+        ((("join: all", "join: all, pairing: latest"),), (10, 20 + 180 + 40)),
+        ((("threads:", "threads:\n  other: {processor: pc, period: 50 ms, compute_execution_time: 5 ms}"),), (10, 215)),
+    ],
+)
+def test_a_job_that_is_released_late_waits_for_none_before_it(
+    changes: Sequence[tuple[str, str]], lidar_ms: tuple[float, float]
+) -> None:
+    """The thread responds within 40 ms, but that job has been released up to 80 ms before the latest time."""
+    text = changed(FUSION, ("processing: execution_time", "processing: response_time"), *changes)
+    assert ranges_ms(text)["lidar_path"] == lidar_ms
+
+
+@pytest.mark.parametrize(("urgency", "most_ms"), [(1, 20 + 160 + 68), (3, 20 + 160 + 38)])
+def test_what_follows_a_join_counts_from_its_latest_release_too(urgency: int, most_ms: float) -> None:
+    """A less urgent thread waits for the next job of the join too, which may be released 20 ms after a late one."""
+    text = changed(
+        FUSION,
+        ("clocks: {ptp: {}}\n", ""),
+        ("  fusion: {", "  fusion: {priority: 2, "),
+        ("processing: execution_time", "processing: response_time"),
+        (
+            "connections:",
+            f"  plan: {{priority: {urgency}, processor: pc, compute_execution_time: 8 ms}}\nconnections:",
+        ),
+        ("flows:", "  c: {from: fusion, to: plan}\nflows:"),
+        ("[lidar, fusion]", "[lidar, fusion, plan]"),
+    )
+    assert ranges_ms(text)["lidar_path"] == (18, most_ms)
+    assert not dse.simulate(dse.loads(text), {}, runs=40, seed=1).contradictions
+
+
+def test_an_explanation_tells_no_wait_that_a_flow_does_not_count() -> None:
+    text = changed(FUSION, ("processing: execution_time", "processing: response_time"))
+    other = "  other: {processor: pc, period: 50 ms, compute_execution_time: 5 ms}\nconnections:"
+    text = changed(text, ("connections:", other)) + "requirements: [latency of lidar_path <= 150 ms]\n"
+    ((_, example),) = dse.explain(dse.loads(text)).conflicts[0].members
+    ((waiting,),) = (item.waiting for item in example.delayed)
+    assert (waiting.threads, waiting.waited_ns, [item.waited_ns for item in waiting.waits]) == (
+        ("fusion",),
+        5_000_000,
+        [5_000_000],
+    )
+
+
 def test_the_faster_input_has_no_bound_where_nothing_is_dropped() -> None:
     text = changed(FUSION, ("cam_r: {period: 100 ms", "cam_r: {period: 50 ms"), ("[cam_l, fusion]", "[cam_r, fusion]"))
     assert ranges_ms(text) == {"lidar_path": (10, 210), "cam_path": (10, None)}

@@ -67,7 +67,7 @@ class _Draft:
         rng = self.rng
         protocol = rng.choices(["aperiodic", "sporadic", "hybrid"], [6, 1, 2])[0]
         body: dict[str, Any] = {**self.core(), "join": "all", "dispatch_protocol": protocol}
-        body["compute_execution_time"] = self.times(2)
+        body["compute_execution_time"] = self.times(rng.choice([2, 2, 9]))
         if protocol != "aperiodic":
             body["period"] = f"{rng.choice([5, 10, 30])} ms"
         if protocol == "hybrid":

@@ -26,6 +26,8 @@ def draw_polled(seed: int) -> str:
             fields.append(f"period: [{', '.join(f'{time} ms' for time in sorted(periods))}]")
         if protocol == "hybrid":
             fields.append(f"callback_execution_time: {rng.choice((0, 1, 3))} ms")
+        if seed % 2:
+            fields += rng.choice(([], ["priority: 1"], ["priority: 2"], ["priority: [1, 3]"]))
         if rng.random() < 0.2:
             fields.append(f"queue_size: {rng.choice((0, 1, 2))}")
         threads.append(f"  {name}: {{{', '.join(fields)}}}")

@@ -21,6 +21,7 @@ from math import prod
 from typing import Any
 
 from .architecture import (
+    STORED,
     Architecture,
     state_clocks,
     state_cores,
@@ -88,6 +89,7 @@ def draw(seed: int, size: str) -> str:
     state_joins(random.Random(f"joins {size} {seed}"), document)
     _thin_out(rng, document, CAPS[size])
     _mend_joins(document)
+    _mend_cycles(document)
     state_cores(random.Random(f"cores {size} {seed}"), document)  # drawn apart from all else
     state_overload(random.Random(f"overload {size} {seed}"), document)
     if size == "segmented":
@@ -161,6 +163,28 @@ def _mend_joins(document: dict[str, Any]) -> None:
             body.pop("join", None)
         if "all" not in as_list(body.get("join")):
             body.pop("pairing", None)
+
+
+def _mend_cycles(document: dict[str, Any]) -> None:
+    """No hybrid thread needs all its inputs in a cycle of event-triggered threads, which would have no rate."""
+    threads, wires = document["threads"], document["connections"]
+    senders: dict[str, set[str]] = {}
+    for name, body in threads.items():
+        ways = set(as_list(body.get("dispatch_protocol") or ("periodic" if "period" in body else "aperiodic")))
+        if ways <= {"aperiodic", "sporadic"} or (ways == {"hybrid"} and body.get("join") == "all"):
+            coming = [key for key, wire in wires.items() if wire.get("to") == name and wire.get("port") not in STORED]
+            triggers = as_list(body.get("dispatch_trigger") or coming)
+            senders[name] = {
+                wires[key]["from"] for key in triggers if "from" in wires[key] and "rate" not in wires[key]
+            }
+    for name in [name for name in senders if threads[name].get("dispatch_protocol") == "hybrid"]:
+        before, todo = set[str](), [name]
+        while todo:
+            found = (senders.get(todo.pop(), set()) & senders.keys()) - before
+            before |= found
+            todo += found
+        if name in before:
+            del threads[name]["join"], threads[name]["pairing"], senders[name]
 
 
 _PLAIN = re.compile(r"[A-Za-z0-9(][A-Za-z0-9_ ./%()<>=!*+-]*")

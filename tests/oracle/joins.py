@@ -43,19 +43,34 @@ class Joins:
 
     def wait(self, name: str, way: Sequence[str]) -> tuple[Any, Any]:
         """The least and the greatest wait of what came by `way`, the path up to the thread; None: no bound."""
-        own = way[-1]
-        others = [connection for connection in self.reading.triggers(name) if connection != own]
-        bounds, least = [], Fraction(0)
-        room = self.room(name, own)
+        by_room, in_order = self._waits(name, way)
+        ways = self._ways(name)
+        is_in_order = ways is not None and self._nothing_is_dropped(name, ways)
+        least = self._least(name, ways, way[-1], way) if ways is not None and is_in_order else Fraction(0)
+        return least, min((*by_room, *in_order), default=None)
+
+    def _waits(self, name: str, way: Sequence[str]) -> tuple[list[Any], list[Any]]:
+        """The bounds of the longest wait: by the room, and by the order of arrival."""
+        others = [connection for connection in self.reading.triggers(name) if connection != way[-1]]
+        by_room = []
+        room = self.room(name, way[-1])
         if room is not None:
             gaps = [self._gap(name, connection) for connection in others]
             if None not in gaps:
-                bounds.append(room * max(gaps))
+                by_room.append(room * max(gaps))
         ways = self._ways(name)
-        if ways is not None and self._nothing_is_dropped(name, ways):
-            bounds += self._in_order(ways, own, way)
-            least = self._least(name, ways, own, way)
-        return least, min(bounds, default=None)
+        if ways is None or not self._nothing_is_dropped(name, ways):
+            return by_room, []
+        return by_room, list(self._in_order(ways, way[-1], way))
+
+    def slowest(self, name: str, way: Sequence[str]) -> int | None:
+        """The longest period before a thread that a flow reaches at its latest release in order; None where not so."""
+        by_room, in_order = self._waits(name, way)
+        if not in_order or min(in_order) > min(by_room, default=min(in_order)):
+            return None
+        if self.reading.protocol(name) == "sporadic":  # which may hold a job back
+            return None
+        return max(max(1, int(tick.period)) for ticks in (self._ways(name) or {}).values() for tick in ticks)
 
     def _gap(self, name: str, connection: str) -> Any:
         longest = self.reading.message_distances(connection)[1]

@@ -563,6 +563,10 @@ class Reading:
         if used <= NS_PER_S:
             return 0
         longest = quantities.time_range(self.get(name, "compute_execution_time"))[1]
+        known = self.scheduling
+        inside = [job for job in known.jobs if self.executor_of(job[0]) == home]
+        longest -= sum(known.times(job)[1] for job in inside if known.has_turn_before(job[0], name))
+        longest = max(longest, 0)
         sender = self.problem.component(arrival).get("from")
         is_inner = sender is not None and self.problem.section_of[sender] == "threads"
         is_inner = (
@@ -796,6 +800,8 @@ class Reading:
                     since_first = path[: path.index(row[0]) + 1]
                     own = max(place for place, each in enumerate(found) if each[1] != "own job")  # behind its callback
                     found[own] = self._in_row(found[own], row, row.index(name), since_first)
+                if arrival and self.joins.joins(name):
+                    found = self._from_latest(found, name, row, way)
                 first = False
             at = next((place for place, row in enumerate(found) if "sampling" in row[1]), None)
             if at is not None and timer is not None:
@@ -810,6 +816,19 @@ class Reading:
             rows += found
             run += sum(row[3] - row[2] for row in found)
         return rows, run
+
+    def _from_latest(self, found: list[Row], name: str, names: Sequence[str], way: tuple[str, ...]) -> list[Row]:
+        """The rows of a thread that may take messages in order: from its latest release what follows may be sooner."""
+        counts = self.problem.counts_responses and self.get(name, "response_time") is None and bool(way)
+        own = max(place for place, each in enumerate(found) if each[1] != "own job")
+        if not counts or found[own][1] != "processing time" or way[-1] not in self.triggers(name):
+            return found
+        slowest = self.joins.slowest(name, way)
+        whole, latest = (self.chain_bound(names, (*way, name), each) for each in (None, slowest))
+        if slowest is None or max(whole, latest) >= NO_BOUND_NS:
+            return found
+        least = found[own]
+        return [*found[:own], (*least[:3], least[3] - (whole - latest)), *found[own + 1 :]]
 
     def _comes_to_a_join(self, path: Sequence[str], name: str) -> bool:
         """Whether a flow leads on to a thread that needs all its inputs, whatever is chosen for it."""
@@ -865,14 +884,14 @@ class Reading:
                 ends.append(end - behind)
         return min(ends, default=NO_BOUND_NS)
 
-    def chain_bound(self, part: Sequence[str], since: Sequence[str]) -> Any:
+    def chain_bound(self, part: Sequence[str], since: Sequence[str], slowest: int | None = None) -> Any:
         """The longest that components in a row take that release each other, in a flow that has led by some `since`."""
         stated = [name for name in part if self.get(name, "response_time") is not None]  # what is stated counts
         takes = {name: Fraction(self.processing(name)[1]) for name in part}
         bounded = {name: None if time >= NO_BOUND_NS else time for name, time in takes.items()}
         chains = self.scheduling.chains
         begins = chains.chain(part[0]) == [part[0]] and any(map(chains.always_begins, since))
-        return self._counted(self.scheduling.windows.cut(part, bounded, stated, counts_lags=begins))
+        return self._counted(self.scheduling.windows.cut(part, bounded, stated, counts_lags=begins, slowest=slowest))
 
     @in_common
     def flow_figures(self, flow: str) -> dict[str, Any]:

@@ -207,9 +207,10 @@ class Scheduling:
         outside = [other for other in here if other not in fellows and self.goes_before(other, job)]
         kind = self.order(job) if executor is None else self.reading.get(executor, "kind")
         first = fellows
+        shares_level = executor is not None and any(self.goes_before(job, other) for other in outside)
         if kind == "priority":
             first = [other for other in fellows if self.goes_before(other, job)]
-        elif kind == "callback_group":
+        elif kind == "callback_group" and not shares_level:
             first = [other for other in fellows if self._goes_first_inside(other, job)]
         rest = [other for other in fellows if other not in first]
         before, shares = self._known([job, *first]), self.shares(job)
@@ -223,18 +224,28 @@ class Scheduling:
             if not has_no_end([*before, *preempting], begun):
                 found.append(play_inside(before, preempting, begun, in_order=kind == "fifo"))
             found.append(self.chains.behind_the_rest(job, first, rest, preempting, in_order=kind == "fifo"))
-        if kind == "polling" and self.releases(job) is not None:
+        if kind == "polling" and not shares_level and self.releases(job) is not None:
             found.append(self._in_rounds(job, fellows, preempting))
-        if kind == "fifo":
+        if kind == "fifo" and not shares_level:
             found.append(self.chains.in_lines(job, fellows, preempting))
         return min((each for each in found if each is not None), default=None)
 
     def _in_rounds(self, job: Job, fellows: Sequence[Job], preempting: Sequence[Any]) -> Fraction | None:
-        """One round that has begun, and one for each job that waits; in each everything in the executor runs once."""
+        """A round for each job that waits, in which everything in the executor runs once, and part of one that runs.
+
+        Of that either the job itself has begun, or all that goes first is yet to come once more.
+        """
         room = self.reading.room(*job)
         if room is None or sum(releases.often * work for releases, work in preempting) >= 1:
             return None
-        work = (room + 1) * sum(self.times(each)[1] for each in [job, *fellows])
+        work = room * sum(self.times(each)[1] for each in [job, *fellows])
+        certain = sum(self.times(each)[1] for each in fellows if self.has_turn_before(each[0], job[0]))
+        unknown = sum(
+            self.times(each)[1]
+            for each in fellows
+            if not self.has_turn_before(each[0], job[0]) and not self.has_turn_before(job[0], each[0])
+        )
+        work += unknown + max(certain, self.times(job)[1])
         return play(Releases(()), work, preempting)
 
     def _known(self, jobs: Sequence[Job]) -> list[tuple[Releases, int]] | None:
@@ -293,6 +304,11 @@ class Scheduling:
         return list(found.values())
 
     # Who goes first
+
+    def has_turn_before(self, other: str, name: str) -> bool:
+        """Whether in a round of an executor that polls one thread goes first by its number: both have one."""
+        one, two = self._turn(other), self._turn(name)
+        return one[0] == two[0] == 0 and one < two
 
     def _goes_first_inside(self, other: Job, job: Job) -> bool:
         if other[0] == job[0]:

@@ -92,13 +92,19 @@ class Windows:
         stated: Container[str] = (),
         *,
         counts_lags: bool,
+        slowest: int | None = None,
     ) -> Fraction | None:
         """The longest that part of a chain takes, of threads that respond so, some of them as `stated`.
 
-        Lags count where that begins with the source of a chain, but not while nothing waits.
+        Lags count where that begins with the source of a chain, but not while nothing waits. With the period of the
+        `slowest` timer before a thread that takes messages in order it is from the latest release of that on.
         """
         has_lags = counts_lags and not self.known.is_alone
         lags = {row: lag for row, lag in self.lags.items() if row[0] not in stated} if has_lags else {}
+        if slowest is not None and part[0] not in stated and self.successors.is_plain((part[0], "timer")):
+            begins = Releases(((slowest, Fraction(0)),))
+            lags[part[0],] = self._alone((part[0], "timer"), begins)
+            lags |= {row: self._window(row, begins) for row in self.spans if row[0] == part[0]}
         return self._cut(part, responses, lags)
 
     def _cut(
@@ -181,7 +187,10 @@ class Windows:
         begins = Releases(begins.streams)  # whatever their least distance
         if len(row) > 1:
             return self._window(row, begins)
-        job: Job = (row[0], "timer")
+        return self._alone((row[0], "timer"), begins)
+
+    def _alone(self, job: Job, begins: Releases) -> Fraction | None:
+        """How long after its latest release a thread ends, with the releases that this is counted from."""
         here = [other for other in self.known.beside(job) if self.known.times(other)[1]]
         shares = self.known.shares(job)
         if shares is None:

@@ -8,12 +8,13 @@ figure that is limited.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Annotated
 
 from dse.analysis.diagnosis.lateness import Late, Teller
 from dse.analysis.diagnosis.shortening import Shortenable, Shorter
 from dse.analysis.diagnosis.unbounded import may_be_unbounded, unbounded_in
+from dse.analysis.latency.joined_inputs import is_paired
 from dse.analysis.limits import Verdict, build_limit, judge
 from dse.analysis.scheduling.busy_window import TaskKey
 from dse.analysis.scheduling.chained import chain_of, least_cut
@@ -110,7 +111,12 @@ def _parts(teller: Teller, verdict: Verdict) -> list[FlowChain]:
     parts: list[FlowChain] = []
     for flow in (flow for flow in space.flows if flow.name in flows):
         steps = [step for step in flow.steps if step.kind == "component" and step.index in placed]
-        for chain in dict.fromkeys(map(chain_of, steps)):
+        chains: dict[FlowChain, FlowChain] = {}
+        for step in steps:
+            if (chain := chain_of(step)) not in chains:
+                paired = is_paired(space, step, space.components[step.index], teller.view)
+                chains[chain] = replace(chain, is_paired=paired)
+        for chain in chains.values():
             parts += least_cut(space, chain, teller.view)
     return list(dict.fromkeys(parts))
 

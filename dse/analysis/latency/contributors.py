@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from dse.analysis.latency.deliveries import delivery_rows
-from dse.analysis.latency.joined_inputs import joined_row
+from dse.analysis.latency.joined_inputs import is_paired, joined_row
 from dse.analysis.latency.processing import best_ns, callback_row, processing_row, worst_ns
 from dse.analysis.latency.rows import (
     UNBOUNDED_METHOD,
@@ -240,7 +240,8 @@ def _queuing_row(space: Space, step: Step, component: Component, view: View) -> 
 
 def _job_rows(space: Space, step: Step, component: Component, view: View) -> list[Row]:
     """The rows of a component's own time, from its release on; waits of later timers on its clock count them, too."""
-    return [processing_row(space, component, view, step if step.chain else None)]
+    paired = is_paired(space, step, component, view)
+    return [processing_row(space, component, view, step if step.chain or paired else None, is_paired=paired)]
 
 
 def job_range_ns(space: Space, step: Step, view: View) -> tuple[Exact, Exact]:

@@ -16,7 +16,7 @@ from typing import NamedTuple, TypeAlias
 
 from dse.analysis.latency.deliveries import delivery_ns
 from dse.analysis.latency.processing import callback_ns, skipped_ns
-from dse.analysis.latency.rows import JOIN_METHOD, UNBOUNDED_JOIN, Row
+from dse.analysis.latency.rows import JOIN_METHOD, UNBOUNDED_JOIN, Row, counts_responses
 from dse.analysis.latency.stored_inputs import message_gap_ns, pieces_until, processing_ns, senders
 from dse.analysis.rates import NS_PER_S, arrivals, input_room, is_joined, is_periodic, passes_rates_on, rate_hz
 from dse.analysis.scheduling.responses import NO_BOUND, UNBOUNDED_NS
@@ -74,12 +74,24 @@ def joined_row(space: Space, step: Step, component: Component, view: View) -> Ro
     if not passes_rates_on(component, view):
         return None
     join = Join(space, step.index, view)
-    most, last = join.longest_wait(step)
+    most, last, _ = join.longest_wait(step)
     least = join._shortest_wait(step)
     method = f"{JOIN_METHOD}{join._name_of(last)}"
     if most >= UNBOUNDED_NS:
         return Row(component.category, component.name, least, method, NO_BOUND, method + UNBOUNDED_JOIN)
     return Row(component.category, component.name, least, method, most, method)
+
+
+def is_paired(space: Space, step: Step, component: Component, view: View) -> bool:
+    """Whether a flow comes to the latest release of a component that takes messages of all its inputs in order.
+
+    What its job takes counts from there, where response times count (docs/semantics.md, section 3.8).
+    """
+    if not counts_responses(space) or step.figures is not None or not may_wait_for_inputs(space, step):
+        return False
+    if not is_joined(component, view) or not arrivals(component, view).by_inputs:
+        return False
+    return Join(space, step.index, view).longest_wait(step)[2]
 
 
 class Join:
@@ -107,10 +119,11 @@ class Join:
 
     # --- bounds of a wait ---------------------------------------------------------------------------------------
 
-    def longest_wait(self, step: Step) -> tuple[Exact, int]:
-        """The longest wait of a message of the input of a step, and the other input that it waits for.
+    def longest_wait(self, step: Step) -> tuple[Exact, int, bool]:
+        """The longest wait of a message of the input of a step, the input that it waits for, and whether in order.
 
-        A pair of a time in ns and a connection's index; the smaller of two bounds, by queues and by order of arrival.
+        A time in ns, a connection's index, and whether of two bounds that by the order of arrival is no more than that
+        by queues: then the flow has come to the latest release of the component's job.
         """
         own = step.via
         assert own is not None
@@ -122,11 +135,11 @@ class Join:
             slowest = _first_of(gaps)
             longest = (NO_BOUND if slowest[0] >= UNBOUNDED_NS else size * slowest[0]), slowest[1]
         ways = _origins_of(self.space, self.number, self.view)
-        if ways is not None and self._is_in_order(ways):
-            in_order = self._in_order(step, ways)
-            if in_order[0] < longest[0] or size is None:
-                longest = in_order
-        return longest
+        if ways is None or not self._is_in_order(ways):
+            return *longest, False
+        in_order = self._in_order(step, ways)
+        is_paired = in_order[0] <= longest[0] and in_order[0] < UNBOUNDED_NS
+        return *(in_order if in_order[0] < longest[0] or size is None else longest), is_paired
 
     def _shortest_wait(self, step: Step) -> Exact:
         """How long a message of the input of a step waits at least: more than 0 where it always comes before others.

@@ -209,6 +209,8 @@ def _element_term(space: Space, flow: Flow, number: int, kind: str, *, is_apart:
             rows = step_rows(alone, step, view)
             least -= sum(row.max_ns for row in rows if row.max_method.startswith(JOIN_METHOD))
             jobs = 3 if is_joined(space.components[step.index], view) else jobs
+            if is_apart:  # what it waits is counted apart, where it takes messages in order more than is in its row
+                least, jobs = least - UNBOUNDED_NS, jobs + 1
         if is_stored:  # its own job, and of what may dispatch it how late it ends and how long it is busy
             jobs += 1 + 2 * len(dispatchers(space, step.index))
         most = least + jobs * UNBOUNDED_NS
@@ -217,6 +219,7 @@ def _element_term(space: Space, flow: Flow, number: int, kind: str, *, is_apart:
         return least - period, most + 2 * period
 
     counts = responds and kind != "min latency" and not step.only_reads and counts_waiting(space, step.index)
+    counts = counts and not has_others  # where it takes messages in order it is done sooner than that
     is_chained = bool(step.chain)
     counts = counts and not is_chained and not is_apart
     only_waits = counts and not may_move(space, step, kind) and counts_waiting_once(space, step)

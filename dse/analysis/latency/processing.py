@@ -22,10 +22,13 @@ def is_logical(space: Space, component: Component, view: View) -> bool:
     return space.profile == "dse" and at(component.communication, view) == LET
 
 
-def processing_row(space: Space, component: Component, view: View, chained: Step | None = None) -> Row:
+def processing_row(
+    space: Space, component: Component, view: View, chained: Step | None = None, *, is_paired: bool = False
+) -> Row:
     """The shortest and longest time from the release of a component's job until its data leave, in ns, as a row.
 
-    Of a `chained` step of a flow it is what the thread adds to the longest time of those before it in its chain. The
+    Of a `chained` step of a flow it is what the thread adds to the longest time of those before it in its chain. Where
+    the step `is_paired` it takes messages of all its inputs in order, and the time counts from its latest release. The
     methods say which figure was used: deadline, response time, processing time or specified.
     """
     if is_logical(space, component, view):
@@ -33,7 +36,7 @@ def processing_row(space: Space, component: Component, view: View, chained: Step
         assert logical is not None, component.name
         return Row(component.category, component.name, logical, LET_METHOD, logical, LET_METHOD)
     best, best_method = best_ns(space, component, view)
-    worst, worst_method = worst_ns(space, component, view, chained)
+    worst, worst_method = worst_ns(space, component, view, chained, is_paired=is_paired)
     return Row(component.category, component.name, best, best_method, worst, worst_method)
 
 
@@ -47,10 +50,13 @@ def best_ns(space: Space, component: Component, view: View) -> tuple[Exact, str]
     return first_given(space, [(times and times[0], method) for times, method in ranges])
 
 
-def worst_ns(space: Space, component: Component, view: View, chained: Step | None = None) -> tuple[Exact, str]:
+def worst_ns(
+    space: Space, component: Component, view: View, chained: Step | None = None, *, is_paired: bool = False
+) -> tuple[Exact, str]:
     """Worst processing: the response time, stated or computed, the execution time, specified (section 3.2).
 
-    Of a `chained` step of a flow it is how much longer its chain takes with the thread (section 4.9).
+    Of a `chained` step of a flow it is how much longer its chain takes with the thread (section 4.9), where it
+    `is_paired` from its latest release on (section 3.8).
 
     A time in ns and its method; with segments the last piece has what earlier ones have not used.
     """
@@ -60,7 +66,7 @@ def worst_ns(space: Space, component: Component, view: View, chained: Step | Non
     response, execution, latency = ((times and times[1], method) for times, method in zip(ranges, methods, strict=True))
     waits = component.pieces is None or component.name == component.pieces.thread  # all of it at the last piece
     if waits and is_computed(space, component, view) and response[0] is None and execution[0] is not None:
-        response = computed_ns(space, component, execution, view, chained)
+        response = computed_ns(space, component, execution, view, chained, is_paired=is_paired)
         if component.pieces is not None:
             own = execution[0]
             before = elapsed_ns(space, component.pieces.members[-1], view)[1] - own

@@ -83,15 +83,21 @@ def scheduled_ns(space: Space, component: Component, part: Part, view: View) -> 
 
 
 def computed_ns(
-    space: Space, component: Component, execution: tuple[Exact | None, str], view: View, chained: Step | None = None
+    space: Space,
+    component: Component,
+    execution: tuple[Exact | None, str],
+    view: View,
+    chained: Step | None = None,
+    *,
+    is_paired: bool = False,
 ) -> tuple[Exact, str]:
     """The computed response time of a thread; no less than the execution time that it has in one flow alone.
 
     A time in ns and its method; a flow may state a longer execution time of its own for the thread. Of a `chained` step
-    of a flow it is how much longer its chain takes with the thread.
+    of a flow it is how much longer its chain takes with the thread, where it `is_paired` from its latest release on.
     """
     if chained is not None:
-        time_ns = longer_by_ns(space, chained, view), "response time"
+        time_ns = longer_by_ns(space, chained, view, is_paired=is_paired), "response time"
         time_ns = time_ns if time_ns[0] < UNBOUNDED_NS else (time_ns[0], UNBOUNDED_METHOD)
     else:
         time_ns = scheduled_ns(space, component, "thread", view)

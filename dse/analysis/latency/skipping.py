@@ -17,13 +17,16 @@ from dse.analysis.latency.processing import skipped_ns
 from dse.analysis.latency.rows import OWN_JOB_METHOD, Row, counts_responses
 from dse.analysis.latency.stored_inputs import stored_row
 from dse.analysis.rates import NS_PER_S, is_periodic, kept_jobs, may_poll, rate_hz
+from dse.analysis.scheduling.overheads import switching_ns
+from dse.analysis.scheduling.priorities import number_of
 from dse.analysis.scheduling.responses import UNBOUNDED_NS
+from dse.analysis.scheduling.tasks import alone_ns, task_keys
 from dse.analysis.terms import ZERO, Term
 from dse.analysis.views import View
 from dse.space.model.flows import Flow, Step
 from dse.space.model.space import Component, Space
 from dse.space.model.trees import at
-from dse.support.units import Exact
+from dse.support.units import Exact, picked
 
 
 def skipped_terms(space: Space, flow: Flow, kind: str) -> Iterator[Term]:
@@ -77,8 +80,9 @@ def own_job_ns(space: Space, step: Step, view: View) -> Exact:
     """The time to subtract where the period and the response time of a timer both count one of its own jobs, in ns.
 
     In an executor that asks for more than a core its response time is that of rounds, which has a job of its own in the
-    round that runs. If that ran when data came its next release comes meanwhile; if none did it does not count. What
-    the executor itself stores comes when none runs. Of a timer with an offset nothing is taken off.
+    round that runs, or what priorities put before it in a round where that takes longer. If it ran when data came its
+    next release comes meanwhile; if none did it does not count. What the executor itself stores comes when none runs.
+    Of a timer with an offset nothing is taken off.
     """
     number = step.index
     component = space.components[number]
@@ -95,7 +99,22 @@ def own_job_ns(space: Space, step: Step, view: View) -> Exact:
         return 0
     period, longest = at(component.period_ns, view), at(component.execution_ns, view)
     own: Exact = 0 if longest is None else longest[1]
+    own = picked("max", own - _earlier_ns(space, number, executor, view), 0)
     return own if _is_stored_there(space, step, view) else min(own, period)
+
+
+def _earlier_ns(space: Space, number: int, executor: int, view: View) -> Exact:
+    """The longest jobs of all that priorities put before a thread in a round of its executor, in ns."""
+    own = number_of(space.components[number], view)
+    found: Exact = 0
+    for other in space.in_executor(executor, view) if own is not None else ():
+        component = space.components[other]
+        turn = number_of(component, view)
+        if turn is None or own is None or turn <= own:
+            continue
+        for _, part in task_keys(space, other, view):
+            found += alone_ns(component, part, view)[1] + switching_ns(space, other, view)
+    return found
 
 
 def asks_for_too_much(space: Space, executor: int, view: View) -> bool:

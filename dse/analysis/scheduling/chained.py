@@ -8,7 +8,7 @@ times. Where they are one chain on a core, the windows of the chain and of its p
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from functools import partial, reduce
 from itertools import pairwise
@@ -35,14 +35,21 @@ def chain_of(step: Step) -> FlowChain:
     return FlowChain(step.chain or (step.index,), step.has_source)
 
 
-def longer_by_ns(space: Space, step: Step, view: View) -> Exact:
+def longer_by_ns(space: Space, step: Step, view: View, *, is_paired: bool = False) -> Exact:
     """How much longer the chain of a step of a flow takes with its thread than up to the one before, in ns.
 
     Where the thread is not chained to others in the design it is its response time, or its lag; `UNBOUNDED_NS` without
-    a bound.
+    a bound. Where it `is_paired` it takes messages in order: all of its chain counts from its latest release.
     """
     chain = chain_of(step)
-    return _longer_ns(space, chain, view)[chain.threads.index(step.index)]
+    longer = _longer_ns(space, chain, view)[chain.threads.index(step.index)]
+    if not is_paired or longer >= UNBOUNDED_NS:
+        return longer
+    latest = _ends_ns(space, replace(chain, is_paired=True), view)[-1]
+    if len(chain.threads) == 1:
+        return latest
+    whole = _ends_ns(space, chain, view)[-1]
+    return longer if whole >= UNBOUNDED_NS else longer - (whole - latest)
 
 
 def chain_wait_ns(space: Space, chain: FlowChain, view: View) -> Exact:
@@ -82,7 +89,8 @@ def least_cut(space: Space, chain: FlowChain, view: View) -> list[FlowChain]:
     found, last = list[FlowChain](), len(chain.threads)
     while last:
         first = min(_ways(space, chain, last - 1, view), key=lambda way: (ends[way[0]] + way[1], -way[0]))[0]
-        found.insert(0, replace(chain, threads=chain.threads[first:last]))
+        is_paired = chain.is_paired and not first
+        found.insert(0, replace(chain, threads=chain.threads[first:last], is_paired=is_paired))
         last = first
     return found
 
@@ -90,7 +98,8 @@ def least_cut(space: Space, chain: FlowChain, view: View) -> list[FlowChain]:
 def _ends_ns(space: Space, chain: FlowChain, view: View) -> list[Exact]:
     """For each thread of a chain when it ends at the latest after the release of the first one, and 0 before them.
 
-    Of a chain with its source lags count in place of response times: then it is after the latest release of that.
+    Of a chain with its source lags count in place of response times: then it is after the latest release of that. Of
+    one that `is_paired` the first thread counts from the latest release by messages in order.
     """
     ends: list[Exact] = [0]
     for last in range(len(chain.threads)):
@@ -106,6 +115,8 @@ def _ways(space: Space, chain: FlowChain, last: int, view: View) -> Iterator[tup
     """
     number = chain.threads[last]
     yield last, _alone_ns(space, number, view, has_source=chain.has_source)
+    if chain.is_paired:
+        yield 0, _paired_ns(space, chain.threads[: last + 1], view)
     for first in range(last):
         window = _window_ns(space, (number, chain.threads[first]), view, has_source=chain.has_source)
         if window is not ABSENT:
@@ -119,6 +130,21 @@ def _alone_ns(space: Space, number: int, view: View, *, has_source: bool) -> Exa
         return bounded_response_ns(space, number, "thread", view)
     found: Exact = picked("max", counted_ns(lag), longest_alone_ns(space, number, "thread", view))
     return found
+
+
+def _paired_ns(space: Space, threads: Sequence[int], view: View) -> Exact:
+    """How long after the latest release of the first of them threads end, of which that takes messages in order, in ns.
+
+    `UNBOUNDED_NS` where it is not known: more than priorities schedules one, or several have no window together.
+    """
+    lag: Any = _end_ns(space, (threads[-1], threads[0], "joined"), view)
+    if lag is ABSENT:
+        return UNBOUNDED_NS
+    return (
+        counted_ns(lag)
+        if len(threads) > 1
+        else picked("max", counted_ns(lag), longest_alone_ns(space, threads[0], "thread", view))
+    )
 
 
 def _window_ns(space: Space, key: ChainKey, view: View, *, has_source: bool) -> Any:

@@ -16,7 +16,7 @@ from fractions import Fraction
 from functools import cached_property, partial
 from typing import Any, TypeAlias
 
-from dse.analysis.scheduling.busy_window import Task, TaskKey, is_plain
+from dse.analysis.scheduling.busy_window import Stream, Task, TaskKey, is_plain
 from dse.analysis.scheduling.event_models import EventModels
 from dse.analysis.scheduling.growth import TooLongError, growth, steps_along
 from dse.analysis.scheduling.model import ChainKey, EndKey, Ends, LagKey, Resource, System
@@ -26,7 +26,7 @@ from dse.analysis.scheduling.policies.buses import OnBus
 from dse.analysis.scheduling.policies.chains import Chain, chains_in
 from dse.analysis.scheduling.policies.preemptive import Preempted
 from dse.analysis.scheduling.policies.segments import Segments, Spans
-from dse.analysis.scheduling.policies.successions import Succession, sources_in
+from dse.analysis.scheduling.policies.successions import Succession, is_prioritised, sources_in
 from dse.support.timelimit import look_at_the_clock
 from dse.support.units import Exact
 
@@ -139,6 +139,8 @@ class Rounds:
         self.ends: dict[EndKey, Exact | None] = {one.key: system.stages[one.key].elapsed_ns[1] for one in entries}
         self.sources = sources_in(system)
         self.ends |= {(key[0], key[0], "lag"): self.ends[key] for key in self.sources}
+        self.paired = paired_in(system)
+        self.ends |= {(key[0], key[0], "joined"): self.ends[key] for key in self.paired}
         self.chains = chains_in(system)
         for resource, found in zip(system.resources, self.chains, strict=True):
             keys = [entry.key for entry in resource.entries]
@@ -147,6 +149,8 @@ class Rounds:
                 self.ends[chain.key] = alone + chain.absent_ns
                 if (chain.key[1], "thread") in self.sources:
                     self.ends[*chain.key, "lag"] = self.ends[chain.key]
+                elif (chain.key[1], "thread") in self.paired:
+                    self.ends[*chain.key, "joined"] = self.ends[chain.key]
         self.spans: Spans = {}
         self.losses: dict[TaskKey, Loss] = {}
         self.has_losses = False
@@ -176,7 +180,7 @@ class Rounds:
             find = partial(window_of, resource, tasks=tasks, succession=succession, segments=self.segments)
             together = _remembered(resource, tasks, find) if self.is_plain and not related else None
             for position, entry in enumerate(resource.entries):
-                has_lag = entry.key in self.sources
+                has_lag = entry.key in self.sources or entry.key in self.paired
                 window = find(position) if together is None or has_lag else None
                 found = self._end_of(resource, position, tasks, window) if together is None else together[position]
                 if found is not None and self.count > 1 and self._is_beyond(found):
@@ -202,12 +206,13 @@ class Rounds:
         window = chains.window_of(resource, chain, tasks, succession)
         found = None if window is None else window.response_ns()
         changed = self._raise(chain.key, None if found is None else found - chain.sent_ns)
-        source = self.sources.get((chain.key[1], "thread"))
-        if source is not None:
+        first: TaskKey = (chain.key[1], "thread")
+        if first in self.sources or first in self.paired:
             lag = None
             if window is not None and self.ends[chain.key] is not None:
-                lag = self._lag(window, source)
-            changed |= self._raise((*chain.key, "lag"), None if lag is None else lag - chain.sent_ns)
+                lag = self._lag(window, first)
+            key: LagKey = (*chain.key, "lag" if first in self.sources else "joined")
+            changed |= self._raise(key, None if lag is None else lag - chain.sent_ns)
         return changed
 
     def _raise_lag(self, key: TaskKey, window: Window | None) -> bool:
@@ -215,12 +220,13 @@ class Rounds:
         lag = None
         if window is not None and self.ends[key] is not None:
             assert isinstance(window, Preempted)
-            lag = self._lag(window, self.sources[key])
-        return self._raise((key[0], key[0], "lag"), lag)
+            lag = self._lag(window, key)
+        return self._raise((key[0], key[0], "lag" if key in self.sources else "joined"), lag)
 
-    def _lag(self, window: Preempted, source: TaskKey) -> Exact | None:
-        """How long after the latest release that there can be a window is over; None where it has no bound."""
-        jobs, response = self.events.source_task(source), window.response_ns()
+    def _lag(self, window: Preempted, first: TaskKey) -> Exact | None:
+        """How long after the latest release of its `first` stage a window is over; None where it has no bound."""
+        jobs = self.events.source_task(self.sources[first]) if first in self.sources else self.paired[first]
+        response = window.response_ns()
         if jobs is None or response is None:
             return None
         lag = window.counted_from(jobs).response_ns()
@@ -288,6 +294,20 @@ class Rounds:
         for _ in range(rounds):
             other.next()
         return other.state()
+
+
+def paired_in(system: System) -> dict[TaskKey, Task]:
+    """Releases at the pace of the slowest timer before each stage that needs all its inputs, by the stage's key.
+
+    The time from the latest release of the stage counts from these; only priorities schedule it.
+    """
+    return {
+        entry.key: Task("", 0, (Stream(stage.paired_ns),))
+        for resource in system.resources
+        if resource.wire is None and not resource.is_accelerator
+        for entry in resource.entries
+        if (stage := system.stages[entry.key]).paired_ns is not None and is_prioritised(entry, stage)
+    }
 
 
 def window_of(

@@ -20,15 +20,19 @@ from dse.support.units import Exact
 
 ChainKey: TypeAlias = tuple[int, int]
 """The last and the first thread of a chain on one core (`dse.analysis.scheduling.policies.chains`)."""
-LagKey: TypeAlias = tuple[int, int, Literal["lag"]]
-"""The last and the first thread of a chain on one core, or a thread twice, of which the lag is meant."""
+LagKey: TypeAlias = tuple[int, int, Literal["lag", "joined"]]
+"""The last and the first thread of a chain on one core, or a thread twice, of which the lag is meant.
+
+Of a thread that needs all its inputs, *joined*, counted from the latest release by messages in order.
+"""
 EndKey: TypeAlias = "TaskKey | ChainKey | LagKey"
 Ends: TypeAlias = Mapping[EndKey, "Exact | None"]
 """For stages how long after the release of its thread each ends, in ns, as far as it is known; None without a bound.
 
 For chains how long after the release of its first thread the last one ends, less the longest times that what they send
 each other is on its way. The lag of either is how long after the latest release that there can be, counted from the
-release of its source, it ends (docs/semantics.md, section 4.9); it is there where that may be less.
+release of its source, it ends (docs/semantics.md, section 4.9); it is there where that may be less. So is the time from
+the latest release of a thread that needs all its inputs (section 3.8).
 """
 
 
@@ -93,6 +97,9 @@ class Stage:
         its core and its priority where these are the same in every design, and nothing but its priority schedules it.
     keeps
         how many of its jobs wait in an executor that polls; what comes beyond is dropped. None where all wait.
+    paired_ns
+        of one that needs an event of each of its releases, and holds no job back, the longest period of the timers that
+        these come from.
     """
 
     key: TaskKey
@@ -111,6 +118,7 @@ class Stage:
     rooms: tuple[int | None, ...] = ()
     keeps: int | None = None
     stated: Stated | None = None
+    paired_ns: int | None = None
 
     @property
     def first(self) -> TaskKey:
@@ -138,6 +146,8 @@ class Entry:
         the longest of these.
     executor, urgent
         the executor that runs it, and which positions of that go first where they wait with it.
+    earlier, later
+        which positions of its executor have priorities that put them before it in a round, and behind it.
     siblings, shares_turn
         the other pieces of its thread here, and whether something may delay it that one of these, or an earlier job of
         it, may delay.
@@ -159,6 +169,8 @@ class Entry:
     reservation: int | None = None
     outside: tuple[int, ...] = ()
     servers: tuple[int, ...] = ()
+    earlier: frozenset[int] = frozenset()
+    later: frozenset[int] = frozenset()
 
     @property
     def blocking_ns(self) -> Exact:

@@ -14,7 +14,7 @@ from dse.analysis.placement.first_fit import core_of_each
 from dse.analysis.rates import is_event_triggered
 from dse.analysis.scheduling.busy_window import TaskKey
 from dse.analysis.scheduling.overheads import section_ns
-from dse.analysis.scheduling.priorities import inner_levels, levels_of, reserved_levels
+from dse.analysis.scheduling.priorities import inner_levels, levels_of, number_of, reserved_levels
 from dse.analysis.scheduling.tasks import alone_ns, task_keys
 from dse.analysis.views import View
 from dse.space.model.space import Space
@@ -28,7 +28,8 @@ class Turn:
 
     Others may keep the core for `blocked_ns`, the longest section of the
     `blockers`. In an `executor` the tasks of a smaller `level` go first. The `pieces` of
-    one thread never wait for each other. In a `reservation` up to `inner_reach` of all may go before it; what else may
+    one thread never wait for each other. Of those of an executor with a `number` as priority that with the larger one
+    has its turn first in a round. In a `reservation` up to `inner_reach` of all may go before it; what else may
     delays the reservation, as `blocked_ns` does.
     """
 
@@ -42,6 +43,7 @@ class Turn:
     reservation: int | None = None
     inner_reach: int = 0
     blockers: tuple[tuple[TaskKey, int], ...] = ()
+    number: int | None = None
 
     def rivals(self, order: Sequence[Turn]) -> list[int]:
         """The positions of what may delay the task where it runs, which is not a callback's own timer.
@@ -182,7 +184,9 @@ def _of_unit(
     if component.executor is not None:
         inner = _inner(space, numbers, view)
         executor = at(component.executor, view)
-        yield from (Turn(key, before, reach, 0, executor, inner[key], _pieces(space, key)) for key in keys)
+        for key in keys:
+            number = number_of(space.components[key[0]], view)
+            yield Turn(key, before, reach, 0, executor, inner[key], _pieces(space, key), number=number)
     elif component.pieces is not None:
         yield from (Turn(key, before, reach, pieces=_pieces(space, key)) for key in keys)
     else:

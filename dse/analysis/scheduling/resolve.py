@@ -9,8 +9,9 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 from fractions import Fraction
-from functools import partial
+from functools import partial, reduce
 from math import ceil
+from operator import gt, lt
 from typing import TypeAlias
 
 from dse.analysis.binding import transmission_ns
@@ -23,7 +24,7 @@ from dse.analysis.messages.stages import (
     message_key,
     message_stage,
 )
-from dse.analysis.rates import NS_PER_S, arrivals, input_room, is_joined, kept_jobs, rate_hz
+from dse.analysis.rates import NS_PER_S, arrivals, input_room, is_joined, kept_jobs, passes_rates_on, rate_hz
 from dse.analysis.scheduling.busy_window import Stream, Task, TaskKey
 from dse.analysis.scheduling.event_models import EventModels
 from dse.analysis.scheduling.model import Entry, Release, Resource, Server, Stage, Stated, System
@@ -171,6 +172,7 @@ def stage_of(space: Space, key: TaskKey, view: View) -> Stage:
     is_on_core = component.processor is not None and at(component.processor, view) is not None
     found = arrivals(component, view)
     pieces = () if component.pieces is None else component.pieces.members
+    joins = part == "thread" and found.by_inputs and is_joined(component, view)
     return Stage(
         key,
         task_name(component, part),
@@ -185,9 +187,10 @@ def stage_of(space: Space, key: TaskKey, view: View) -> Stage:
         _follows(space, component, view) if part == "thread" else None,
         bool(component.section_ns),
         part == "thread" and chained_to(space.components, space.connections, number) is not None,
-        _rooms(space, component, view) if part == "thread" and found.by_inputs and is_joined(component, view) else (),
+        _rooms(space, component, view) if joins else (),
         kept_jobs(space, component, part, view),
         _stated(space, number) if part == "thread" else None,
+        _longest_period_ns(space, number, view) if joins and not found.is_separated else None,
     )
 
 
@@ -199,6 +202,27 @@ def _stated(space: Space, number: int) -> Stated | None:
 def _rooms(space: Space, component: Component, view: View) -> tuple[int | None, ...]:
     """For each trigger of a thread that needs a message of all how many of its messages wait at most."""
     return tuple(input_room(space, component, wire, view) for wire in component.triggers)
+
+
+def _longest_period_ns(space: Space, number: int, view: View) -> int | None:
+    """The longest period of the timers from which messages come to an event-triggered component; None without any."""
+    longest: int | None = None
+    todo, passed = [number], {number}
+    while todo:
+        for wire in space.components[todo.pop()].triggers:
+            sender = space.connections[wire].source
+            if sender is not None and passes_rates_on(space.components[sender], view):
+                todo += {sender} - passed
+                passed.add(sender)
+                continue
+            if sender is not None:
+                period = at(space.components[sender].period_ns, view)
+            else:
+                rate = rate_hz(space, ("delivery", wire), view)
+                period = max(1, NS_PER_S // rate) if rate else None
+            if period is not None:
+                longest = period if longest is None else max(longest, period)
+    return longest
 
 
 def _releases_of(space: Space, key: TaskKey, view: View) -> tuple[Release, ...]:
@@ -287,7 +311,17 @@ def _entry_of(turn: Turn, turns: Sequence[Turn]) -> Entry:
         turn.reservation,
         tuple(turn.outside(turns)) if turn.reservation is not None else (),
         tuple(turn.reservations(turns)),
+        _with_number(turn, inside, gt),
+        _with_number(turn, inside, lt),
     )
+
+
+def _with_number(turn: Turn, inside: Sequence[tuple[int, Turn]], compare: Callable[[int, int], bool]) -> frozenset[int]:
+    """The positions of the tasks of an executor whose priority compares so to that of a task of it, both numbers."""
+    own = turn.number
+    if own is None:
+        return frozenset()
+    return frozenset(place for place, other in inside if other.number is not None and compare(other.number, own))
 
 
 def _server_of(space: Space, number: int, member: int, view: View) -> Server:
@@ -305,7 +339,7 @@ def _horizon_ns(space: Space) -> int:
     if counted_buses(space):
         rates = [leaf for item in space.connections for leaf in leaves(item.rate_hz) if leaf is not None]
         periods += [ceil(NS_PER_S / Fraction(rate)) for rate in rates]
-    found: int = 10 * max(periods, default=NS_PER_S)
+    found: int = 10 * reduce(partial(picked, "max"), periods or [NS_PER_S])
     _HORIZON[:] = [(space.components, found)]
     return found
 

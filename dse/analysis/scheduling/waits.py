@@ -15,7 +15,7 @@ from fractions import Fraction
 from typing import Annotated
 
 from dse.analysis.scheduling.busy_window import Task, TaskKey
-from dse.analysis.scheduling.fixed_point import Loss, Windows
+from dse.analysis.scheduling.fixed_point import Loss, Windows, paired_in
 from dse.analysis.scheduling.model import Ends, Entry, Resource, System
 from dse.analysis.scheduling.parts import Delay, Parts
 from dse.analysis.scheduling.policies import chains
@@ -97,11 +97,13 @@ class Waits(Windows):
     def of_part(self, part: FlowChain) -> tuple[Wait, ...] | None:
         """The waits of a thread of a flow, or of threads in a row with one window; None without a bound.
 
-        With its source, what is over counts to the latest release of the first thread, as in its lag.
+        With its source, what is over counts to the latest release of the first thread, as in its lag; so it does where
+        that thread takes messages in order.
         """
         first: TaskKey = (part.threads[0], "thread")
         source = sources_in(self.system).get(first) if part.has_source else None
-        if len(part.threads) == 1 and source is None:
+        paired = paired_in(self.system).get(first) if part.is_paired else None
+        if len(part.threads) == 1 and source is None and paired is None:
             return self.of_thread(first)
         resource, position = self._place(first)
         members: tuple[int, ...] = (position,)
@@ -114,8 +116,8 @@ class Waits(Windows):
             window = chains.window_of(resource, chain, self.tasks(resource), self.succession(resource))
         if not isinstance(window, Preempted):
             return None
-        if source is not None:
-            jobs = self.events.source_task(source)
+        if source is not None or paired is not None:
+            jobs = paired if source is None else self.events.source_task(source)
             if jobs is None:
                 return None
             window = window.counted_from(jobs)

@@ -105,6 +105,7 @@ class DesignFunction:
         """The metrics of the problem as stated: with other numbers of cores there are others of single cores."""
         self.partitions: dict[int, deque[Mapping[int, int]]] = {}
         """The last partitions of threads on cores that were found to keep a requirement, by its number."""
+        self._loads_alone: dict[int, NearbyProgram] = {}
         self.further: tuple[Further, ...] = ()
         """What follows from the inputs and is a variable of the programs all the same, after them."""
         self.outputs, results, guards = self._formulas(inputs.nominal, traced=True)
@@ -255,6 +256,25 @@ class DesignFunction:
                 numbers[bound.value], numbers[bound.limit] = program.outputs[other.value], program.outputs[other.limit]
         return NearbyProgram(program, program.run(self.inputs_of(self.inputs.nominal)), numbers)
 
+    def loads_alone(self, requirement: int) -> NearbyProgram:
+        """The comparisons of limited cores but for the fullest one, as a program of its own.
+
+        Where other inputs change what response times count, the program of all outputs does not apply; this one does.
+        """
+        if requirement not in self._loads_alone:
+            space = self.inputs.at(self.inputs.nominal, traced=True)
+            with watching() as guards:
+                limit = build_limit(space, space.requirements[requirement], counted=False)
+                guards.clear()
+                compared = list(_comparisons(limit, View(self.design), cores=False))
+            program = Program([side for value, most, _ in compared for side in (value, most)], guards)
+            numbers = [side for bound in self.bounds_of(requirement)[:-1] for side in (bound.value, bound.limit)]
+            steps = program.run(self.inputs.nominal)
+            self._loads_alone[requirement] = NearbyProgram(
+                program, steps, dict(zip(numbers, program.outputs, strict=True))
+            )
+        return self._loads_alone[requirement]
+
     def bounds_of(self, requirement: int) -> list[OutputComparison]:
         """The comparisons of a requirement: the sum, then each thread of limited cores and the fullest core.
 
@@ -277,16 +297,15 @@ class DesignFunction:
     def exact(self, values: Values) -> list[Fraction]:
         """The outputs at exact inputs.
 
-        Exact fractions in the order of `outputs`, by the program where it applies (its guards hold at these values),
-        else by the analysis.
+        Exact fractions in the order of `outputs`, by the program of the file's values where it applies (its guards hold
+        at these values), else by the analysis, which is quicker than another program for one place.
         """
-        if not self.applies:
-            return self.analysed(values)
-        try:
-            program, steps = self.program_at(values)
-        except TooManyGuardsError:
-            return self.analysed(values)
-        return [steps[number] for number in program.outputs]
+        if self.applies:
+            program = self.programs[0]
+            steps = steps_or_none(program, self.inputs_of(values))
+            if steps is not None and program.holds(steps):
+                return [steps[number] for number in program.outputs]
+        return self.analysed(values)
 
     def sampled(self, columns: Mapping[int, Any], size: int) -> list[Any]:
         """The outputs for `size` samples as arrays of floats; `columns` has those of the variables that vary, by index.

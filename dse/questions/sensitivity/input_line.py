@@ -83,14 +83,19 @@ class _Sides:
     """
 
     def __init__(
-        self, function: DesignFunction, moving: Mapping[int, Fraction], bounds: Sequence[OutputComparison]
+        self,
+        function: DesignFunction,
+        moving: Mapping[int, Fraction],
+        bounds: Sequence[OutputComparison],
+        nearby: NearbyProgram | None = None,
     ) -> None:
-        self.function, self.moving, self.bounds = function, moving, bounds
+        """`nearby` has the expressions of these comparisons, where that is not the program of all outputs."""
+        self.function, self.moving, self.bounds, self._nearby = function, moving, bounds, nearby
 
     @cached_property
     def _reached(self) -> ReachedSteps:
         numbers = [number for bound in self.bounds for number in (bound.value, bound.limit)]
-        return reached_steps(self.function.around_cores, frozenset(self.moving), numbers)
+        return reached_steps(self._nearby or self.function.around_cores, frozenset(self.moving), numbers)
 
     def at(self, values: Sequence[Fraction], place: Fraction) -> dict[int, Fraction]:
         """The sides by the number of their output, where all inputs are `values` at a place."""
@@ -114,7 +119,9 @@ class FullestCores:
         variables = function.inputs.variables
         self._is_analysed = any(variables[index].kind is COUNT for index in moving)  # it may be the number of cores
         self._threads = function.bounds_of(bound.requirement)[1:-1]
-        self._loads = _Sides(function, moving, self._threads) if self._threads else None
+        self._loads = None
+        if self._threads:
+            self._loads = _Sides(function, moving, self._threads, function.loads_alone(bound.requirement))
         self._known = function.partitions.setdefault(bound.requirement, deque(maxlen=MOST_PARTITIONS))
 
     def at(self, values: Sequence[Fraction], place: Fraction) -> dict[int, Fraction]:

@@ -67,7 +67,7 @@ class InputSpace:
         self.problem = problem
         question = ask or partial(changed, changes=problem.changes)
         self.traced = replace(question(Problem(loaded, build_space(loaded))).space, is_traced=True)
-        self._known: dict[tuple[Fraction, ...], _Kept] = {}
+        self._known: dict[frozenset[tuple[int, Fraction]], _Kept] = {}
         assert [item.options for item in self.traced.decisions] == [
             item.options for item in self.problem.space.decisions
         ]
@@ -101,12 +101,17 @@ class InputSpace:
         return kept.limits
 
     def _kept(self, values: Values) -> _Kept:
-        key = tuple(values)
+        key = self._moved(values)
         if key not in self._known:
             if len(self._known) >= KEPT_SPACES:
                 self._known.pop(next(iter(self._known)))
-            self._known[key] = _Kept(self._made(key, traced=False), {})
+            self._known[key] = _Kept(self._made(values, traced=False), {})
         return self._known[key]
+
+    def _moved(self, values: Values) -> frozenset[tuple[int, Fraction]]:
+        """The values that are not those of the file, each with the index of its variable."""
+        pairs = enumerate(zip(values, self.nominal, strict=True))
+        return frozenset([(index, value) for index, (value, old) in pairs if value is not old and value != old])
 
     def _made(self, values: Values, *, traced: bool) -> Space:
         """The space anew: what holds no figure that is other than in the file is that of the file."""
@@ -115,7 +120,7 @@ class InputSpace:
             value = values[number.node.value]
             return Traced(value, number.node) if traced else _plain(value)
 
-        moved = frozenset(item.index for item in self.variables if values[item.index] != item.nominal)
+        moved = frozenset([index for index, _ in self._moved(values)])
         seen: dict[int, Any] = {}
         parts: dict[str, Any] = {
             name: tuple(

@@ -171,7 +171,7 @@ def build_executors(
         for number in members:
             stated_as = components[number].stated_as
             thread = spec.threads[stated_as]
-            if thread.priority is not None and "callback_group" not in given.kind:
+            if thread.priority is not None and not {"callback_group", POLLING} & set(given.kind):
                 message = f"a {given.kind[0]} executor knows no priorities among its threads"
                 ledger.error(("threads", stated_as, "priority"), message, "state that of the executor")
             if POLLING in given.kind and AT_RELEASE & set(leaves(components[number].communication)):

@@ -193,6 +193,26 @@ def test_response_times_have_margins_too(tmp_path: Path) -> None:
     assert looked > 10
 
 
+def test_options_that_a_design_does_not_have_need_no_analysis(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A longer period of another option changes no response time: the expressions say so, nothing is analysed again."""
+    problem = with_response_times(tmp_path)
+    decisions = design_of(problem.space)
+    function = function_of(problem, decisions)
+    reached = reaches(function, _held(function))
+    chosen = [f"threads.{name.removesuffix('.period')}.period" for name in decisions if name.endswith(".period")]
+    nearby = function.around_cores
+    figures = frozenset().union(*map(nearby.program.variables, nearby.outputs.values()))
+    others = [
+        item
+        for item in function.inputs.variables
+        if item.path.partition("[")[0] in chosen and item.index not in figures and reached(item)
+    ]
+    assert len(others) > 2
+    monkeypatch.setattr(function, "compared", lambda *_: pytest.fail("analysed"))
+    for variable in others:
+        assert _margin(function, variable, reached(variable)).above is None
+
+
 def test_response_times_have_a_factor_too(tmp_path: Path) -> None:
     """A little less holds, a little more breaks what is named; the numbers on the way stay short."""
     problem = with_response_times(tmp_path)

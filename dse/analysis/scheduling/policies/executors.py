@@ -20,8 +20,9 @@ No job of an executor preempts another of it; what goes before the OS thread on 
 * ``polling``: a wait set that drops. At a polling point it takes a job of each callback that has one, and polls again
   when these are over, so that in a round each callback runs at most once; at most so many jobs of a callback wait, and
   what comes beyond is dropped. A job is over within as many rounds after the running one as jobs of its callback may
-  wait, however much comes (H. Teper, T. Betz, M. Guenzel, D. Ebner, G. von der Brueggen, J. Betz and J.-J. Chen,
-  "End-to-end timing analysis and optimization of multi-executor ROS 2 systems", RTAS 2024).
+  wait, however much comes, and sooner where priorities order the callbacks of a round (H. Teper, T. Betz, M. Guenzel,
+  D. Ebner, G. von der Brueggen, J. Betz and J.-J. Chen, "End-to-end timing analysis and optimization of multi-executor
+  ROS 2 systems", RTAS 2024).
 
 Jobs of one chain never wait for each other (`dse.analysis.scheduling.policies.successions`): what others of its
 chain did in a busy period was over when a job was released, and took no longer than until then. Where of each chain at
@@ -62,13 +63,15 @@ class Fellow:
     """Another task of an executor; `goes_first` among those that wait (in a callback group).
 
     One that `is_kin` never waits while the task does: they are of one chain. Of those of a `line` at most one waits at
-    a time; of one in no line several jobs may.
+    a time; of one in no line several jobs may. In a round of an executor that polls its `turn` is before that of the
+    task (1), behind it (-1), or either (0).
     """
 
     task: Task
     goes_first: bool
     is_kin: bool = False
     line: TaskKey | None = None
+    turn: int = 0
 
 
 @dataclass(frozen=True, slots=True)
@@ -116,8 +119,8 @@ class Queued:
     is_in_line
         no earlier job of the task itself waits when one comes, and lines of jobs bound what does (`Fellow.line`).
     rounds
-        after so many rounds of all that the executor runs a job is over; None where it does not poll, or the task has
-        no bound on how many jobs wait.
+        so many rounds after the one that runs at its release a job is over at the latest; None where the executor does
+        not poll, or the task has no bound on how many jobs wait.
     is_known
         whether releases of all fellows are known; else only rounds bound the response time.
 
@@ -199,7 +202,7 @@ class Queued:
         tasks = [item.task for item in urgent]
         with suppress(EndlessError):
             if self.rounds is not None and load(outside) < 1:
-                found.append(_in_rounds(Work(task, tasks, outside, blocked), self.rounds))
+                found.append(_in_rounds(Work(task, tasks, outside, blocked), self.rounds, inside))
         used = load((task, *tasks, *outside))
         is_full = used == 1 and (begun or not task.streams or any(map(is_late, (task, *tasks, *outside))))
         if used <= 1 and not is_full and self.is_known:
@@ -244,11 +247,15 @@ def window_of(resource: Resource, position: int, tasks: Sequence[Task | None], s
 def beside(resource: Resource, position: int, tasks: Sequence[Task | None], succession: Succession) -> Queued | None:
     """A stage of an executor or accelerator with all that may go before it; None where some of that has no bound.
 
-    Of a less urgent callback of its group one job may have begun before it, however often that comes.
+    Of a less urgent callback of its group one job may have begun before it, however often that comes. Where the
+    executor shares its priority on the core with others any job of the executor may have held these up before.
     """
     entry, task = resource.entries[position], tasks[position]
     assert task is not None and entry.executor is not None
     kind, stages = resource.kinds[entry.executor], succession.events.stages
+    shares_level = _shares_level(resource, position)
+    if kind == "callback_group" and shares_level:
+        kind = "wait_set"
     fellows: dict[int, Task] = {}
     is_known = True
     before = gaps_and_servers(resource, entry, tasks)
@@ -269,13 +276,14 @@ def beside(resource: Resource, position: int, tasks: Sequence[Task | None], succ
     working = [*(rival for rival, item in fellows.items() if item.worst_ns), position]
     has_sections = any(stages[resource.entries[item].key].has_section for item in working)
     # in lines: no earlier job of its own waits, and no section that is over has held up what preempts it
-    is_in_line = kind == "fifo" and chains.line(mine) is not None and (not higher or not has_sections)
+    is_in_line = kind == "fifo" and chains.line(mine) is not None and (not higher or not (has_sections or shares_level))
     made = []
     for rival, found in fellows.items():
         other_stage = stages[resource.entries[rival].key]
         line = chains.line(other_stage) if is_in_line else None
-        made.append(Fellow(found, rival in entry.urgent, chains.never_meet(mine, other_stage), line))
-    rounds = None if kind != "polling" or mine.keeps is None else mine.keeps + 1
+        turn = int(rival in entry.earlier) - int(rival in entry.later)
+        made.append(Fellow(found, rival in entry.urgent, chains.never_meet(mine, other_stage), line, turn))
+    rounds = None if kind != "polling" or shares_level else mine.keeps
     if rounds is None and not is_known:
         return None
     return Queued(kind, task, tuple(made), tuple(higher), entry.blocking_ns, is_in_line, rounds, is_known)
@@ -288,8 +296,17 @@ def counts_once(resource: Resource, entry: Entry, position: int) -> bool:
     """
     if entry.executor is None or resource.entries[position].executor != entry.executor:
         return False
+    if _shares_level(resource, resource.entries.index(entry)):
+        return False
     kind = resource.kinds[entry.executor]
     return kind == "polling" or (kind == "callback_group" and position not in entry.urgent)
+
+
+def _shares_level(resource: Resource, position: int) -> bool:
+    """Whether something outside the executor of a stage may go before it, and the stage before that."""
+    entry = resource.entries[position]
+    others = (resource.entries[rival] for rival in entry.rivals)
+    return any(other.executor != entry.executor and position in other.rivals for other in others)
 
 
 def _longest(fellows: Iterable[Fellow]) -> Exact:
@@ -334,10 +351,20 @@ def _in_lines(work: Work) -> WorstJob:
     return WorstJob(0, work.end(before), 0, lines=tuple(work.fellows))
 
 
-def _in_rounds(work: Work, rounds: int) -> WorstJob:
-    """A job that is over after so many rounds, in each of which each callback runs once at most."""
-    before = rounds * (work.task.worst_ns + sum(item.worst_ns for item in work.fellows))
-    return WorstJob(0, work.end(work.blocked_ns + before), 0, lines=tuple(work.fellows) * rounds)
+def _in_rounds(work: Work, rounds: int, inside: Sequence[Fellow]) -> WorstJob:
+    """A job that is over after so many rounds, in each of which each callback runs once at most, and part of another.
+
+    If the task was in the round that runs at the release that is itself, and what may come behind it there; if not, all
+    others. Those whose turn is not known may have come behind it then, and before it in the last round.
+    """
+    own: Exact = work.task.worst_ns
+    either = [item.task for item in inside if not item.turn]
+    earlier = [item.task for item in inside if item.turn > 0]
+    before = sum(item.worst_ns for item in earlier)
+    more = earlier if before >= own else []
+    whole = rounds * (own + sum(item.worst_ns for item in work.fellows))
+    end = whole + sum(item.worst_ns for item in either) + max(before, own)
+    return WorstJob(0, work.end(work.blocked_ns + end), 0, lines=(*tuple(work.fellows) * rounds, *either, *more))
 
 
 def _in_chain(
