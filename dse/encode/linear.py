@@ -83,6 +83,8 @@ class OpenTerm:
     """The connection whose transmission and waiting for its bus it is."""
     waiting: Callable[[View, Fraction], int] | None = None
     """The value of the term for a wait of the message in ns; None where limits on messages can be relaxed."""
+    before: Mapping[int, int] = field(default_factory=dict)
+    """The messages that may go before that one, by connection: a literal each, which must be true where it does."""
 
 
 class SolverModel(cp_model.CpModel):

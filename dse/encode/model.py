@@ -192,8 +192,10 @@ class EncodedSpace:
 
         From one that is not the best of the model it need not learn (`Contention.settled`).
         """
-        if self.messages is not None and not self.messages.settled(design, lambda one: bool(value(one))):
-            return None
+        if self.messages is not None:
+            why_late = None if self.contention is None else self.contention.why_late
+            if not self.messages.settled(design, lambda one: bool(value(one)), why_late):
+                return None
         if self.open_terms and self.contention is not None and self.contention.is_upward:
             if self.contention.raised(self.open_terms, design, value):
                 return None

@@ -38,13 +38,8 @@ from dse.verification.scheduling.contention import (
 from dse.verification.scheduling.core_symmetry import Numbering
 from dse.verification.scheduling.cores import add_cores
 from dse.verification.scheduling.first_designs import Claim, Earlier, EarlierDesigns, add_earlier, limit_options
-from dse.verification.scheduling.messages import (
-    BusRows,
-    message_lessons,
-    soonest_lesson,
-    undelayed_lesson,
-    waits_lesson,
-)
+from dse.verification.scheduling.message_waits import MessageWaits, order_lessons, soonest_lesson
+from dse.verification.scheduling.messages import BusRows, message_lessons, undelayed_lesson, waits_lesson
 from dse.verification.scheduling.waiting import WaitVariables
 from dse.verification.solver_calls import Reply
 from dse.verification.sums import Sum
@@ -100,7 +95,9 @@ class SecondModel:
                 self.model.add(self._total(bound.sum) <= 0)
         for table in tables.cores:
             add_cores(self.model, table, self.lookups.value)
-        BusRows(tables.space, self.model, self.chosen, tables.messages)
+        rows = BusRows(tables.space, self.model, self.chosen, tables.messages)
+        waiting = {} if self.waiting is None else self.waiting.of_messages
+        self.message_waits = MessageWaits(rows, waiting, 0 if self.waiting is None else self.waiting.scale)
         self.objectives = []
         for total, divisor in tables.objectives:
             variable = self.model.new_int_var(-(-total.low // divisor), total.high // divisor, "")
@@ -179,10 +176,12 @@ class SecondModel:
 
         held = None if given is None else given[0]
         if self.waiting is None:
-            ways = solver_calls.ON_BUSES if self.tables.messages else solver_calls.WAYS
+            ways = self._on_buses or solver_calls.WAYS
             return self._ask(ask, self._reduced(below, from_on), ways=ways, held=held)
+        ways = solver_calls.WAITING if self.waiting.has_threads else ()
+        ways = (*ways, *self._on_buses) or solver_calls.WAITING
         most = MOST_AS_A_WHOLE if self._by_type.combinations else None
-        reply = self._ask(ask, self._reduced(below, from_on), ways=solver_calls.WAITING, held=held, most=most)
+        reply = self._ask(ask, self._reduced(below, from_on), ways=ways, held=held, most=most)
         return self._in_parts(below, from_on, given) if reply.answer == "unknown" else reply
 
     def _in_parts(self, *question: Any) -> Reply:
@@ -194,6 +193,11 @@ class SecondModel:
             if reply.answer == "design":
                 return reply
         return Reply("none")
+
+    @property
+    def _on_buses(self) -> solver_calls.Ways:
+        """The ways of questions in which messages are limited, or identifiers are chosen; none of others."""
+        return solver_calls.ON_BUSES if self.tables.messages or self.message_waits.before else ()
 
     def earlier_design(self, vector: Sequence[int], design: Design) -> Reply:
         """A design with these objectives that comes before `design` in the order of the file.
@@ -239,7 +243,7 @@ class SecondModel:
     def _unproved(self, cases: Cases) -> list[int]:
         def attempt(model: cp_model.CpModel, limit: float) -> solver_calls.Outcome:
             self.calls += 1
-            return solver_calls.attempted(model, self.deadline, limit, ways=solver_calls.BY_ROWS)
+            return solver_calls.attempted(model, self.deadline, limit, ways=self._on_buses or solver_calls.BY_ROWS)
 
         return cases.unproved(attempt)
 
@@ -310,7 +314,8 @@ class SecondModel:
             evaluation = self.tables.evaluator.evaluate(values)
             if evaluation.is_feasible and self._is_as_claimed(evaluation, claimed, exactly=exactly):
                 return Reply("design", evaluation.design)
-            late = [limit for limit in self.tables.late if not judge(limit, View(values)).holds]
+            view = View(values)
+            late = [limit for limit in self.tables.late if not judge(limit, view).holds]
             if late and not evaluation.breaches and self.waiting is None:
                 moved = on_other_cores(self.tables.evaluator, self.tables.late, evaluation, held)
                 if moved is not None:
@@ -318,10 +323,8 @@ class SecondModel:
             if self._learns(model, solver, values, late):
                 rounds.learnt(values, solver, may_move=self.waiting is not None)
                 continue
-            full = [
-                item.limit for item in self.tables.cores if not item.exact and not keeps_cores(item.limit, View(values))
-            ]
-            full += [limit for limit in self.tables.loose if not judge(limit, View(values)).holds]
+            full = [item.limit for item in self.tables.cores if not item.exact and not keeps_cores(item.limit, view)]
+            full += [limit for limit in self.tables.loose if not judge(limit, view).holds]
             if full and not evaluation.breaches:
                 for limit in full:
                     self._teach(self.model, full_lesson(self.tables.space, limit, values))
@@ -354,21 +357,40 @@ class SecondModel:
     ) -> bool:
         """Whether the model is stricter for what a refused solution shows."""
         space = self.tables.space
-        lessons = []
+        lessons: list[Lesson] = []
+        view = View(values)
+        if any(not judge(limit, view).holds for limit in self.tables.messages):
+            lessons = message_lessons(space, self.tables.messages, values, has_places=bool(self.places))
+        is_late = bool(lessons)  # a late message says more than how long messages wait
         if self.waiting is not None:
             said = {
                 number: solver.value(self._in(model, variable)) for number, variable in self.waiting.variables.items()
             }
             low = self.waiting.too_low(values, said)
-            if low and self.waiting.count(values):
+            if low and self.waiting.count(values) and not is_late:
                 return True
-            lessons = [self._waiting_lesson(number, waited, said[number], values) for number, waited in low.items()]
-        if self.tables.messages and any(not judge(limit, View(values)).holds for limit in self.tables.messages):
-            lessons += message_lessons(space, self.tables.messages, values)
+            for number, waited in low.items():
+                if is_late and number in self.waiting.of_messages:
+                    continue
+                first = self._order_lessons(model, solver, number, values)
+                lessons += first or [self._waiting_lesson(number, waited, said[number], values)]
         lessons += lessons_of(space, late, values, self.tables.late) if late else []
         for lesson in lessons:
             self._teach(self.model, lesson)
         return bool(lessons)
+
+    def _order_lessons(
+        self, model: cp_model.CpModel, solver: cp_model.CpSolver, number: int, values: Design
+    ) -> list[Lesson]:
+        """What goes before a message (below 0) that the solution does not have there."""
+        before = self.message_waits.before
+
+        def is_open(other: int) -> bool:
+            return (number, other) in before and not solver.value(self._in(model, before[number, other]))
+
+        if number >= 0 or not any(key == number for key, _ in before):
+            return []
+        return list(order_lessons(self.tables.space, number, self.tables.messages, values, is_open))
 
     def _waiting_lesson(self, number: int, waited: Fraction, said: int, values: Design) -> Lesson:
         """Why a thread, or a message (below 0), waits so long in a design, longer than a solution said."""
@@ -380,7 +402,7 @@ class SecondModel:
             longer = Fraction(said, self.waiting.scale)
             space, waits = self.tables.space, self.waiting.waits.messages[number]
             lesson = soonest_lesson(space, number, self.tables.messages, longer, values)
-            lesson = lesson or undelayed_lesson(space, number, self.tables.messages, longer, values)
+            lesson = lesson or undelayed_lesson(space, number, longer, values)
             return lesson or waits_lesson(space, number, waits, waited, values)
         return waiting_lesson(self.tables.space, number, waited, values)
 
@@ -413,6 +435,8 @@ class SecondModel:
             least = ceil(waited * self.waiting.scale)
             model.add(self.waiting.variables[number] >= least).only_enforce_if(longer)
             ways.append(longer)
+        if lesson.before is not None:
+            ways.append(self.message_waits.before[lesson.before])
         model.add_bool_or(ways)
 
     def _leave_out(self, model: cp_model.CpModel, values: Design) -> None:

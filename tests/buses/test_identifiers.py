@@ -11,6 +11,7 @@ import pytest
 
 import dse
 from dse.analysis.messages.assignment import Candidate, assigned, is_in_time, tolerated_ns
+from dse.analysis.messages.burdens import is_settled
 from dse.analysis.scheduling.busy_window import Task, periodic
 from dse.analysis.scheduling.policies.buses import Arbitrated
 from dse.analysis.scheduling.policies.faults import faults_of_wire, with_frame
@@ -191,6 +192,31 @@ def test_a_flow_over_one_of_40_messages() -> None:
     assert {tuple(point.objectives.values()) for point in found.front} == {
         (300, 4, 600_000), (600, 0, 8_050_000), (600, 1, 300_000),
     }  # fmt: skip
+
+
+def test_a_flow_over_two_of_40_messages() -> None:
+    """Who goes before either is learnt one message at a time: 23 points without a set of identifiers for each."""
+    text = robot(40).replace("from: d37, to: sink", "from: d37, to: d38")
+    wanted = "flows: {f: {path: [d37, m37, d38, m38, sink]}}\nobjectives: "
+    wanted += "[minimise price, minimise changes, minimise jitter of f]"
+    found = dse.solve(text.replace("objectives: [minimise price, minimise changes]", wanted))
+    assert found.status == "complete"
+    least = {tuple(point.objectives.values()) for point in found.front}
+    assert len(least) == 23
+    assert {(300, 4, 119_108_000), (300, 12, 116_068_000), (600, 0, 116_274_000), (600, 13, 106_004_000)} <= least
+
+
+def test_the_jitter_of_a_message_may_hang_on_another_through_threads_on_its_way() -> None:
+    """A message that waits dispatches a thread, and this the sender of another message: not where a timer sends it."""
+    lines = ["dse: 1", "name: through", "processing: execution_time", "processor_types: {c: {}}"]
+    lines += ["bus_types: {can: {bandwidth: 250 kbit/s, frame: can}}", "buses: {b: {type: can}}"]
+    lines += ["processors: {p: {type: c}}", "devices: {d: {period: 5 ms}, sink: {}}", "threads:"]
+    lines += [f"  t{one}: {{processor: p, dispatch_protocol: aperiodic}}" for one in (0, 1)]
+    sent = "bus: b, data_size: 8 B, identifier"
+    lines += ["connections:", f"  m0: {{from: d, to: t0, {sent}: 1}}", "  c: {from: t0, to: t1}"]
+    text = "\n".join([*lines, f"  m1: {{from: t1, to: sink, {sent}: 2}}"])
+    timed = text.replace("  t1: {processor: p, dispatch_protocol: aperiodic}", "  t1: {processor: p, period: 5 ms}")
+    assert [is_settled(dse.loads(one).ask().space) for one in (text, timed)] == [False, True]
 
 
 @pytest.mark.parametrize(("edit", "said"), [("0x181", "identifier: anything"), ("0x181", "identifier: [any, any]")])

@@ -17,7 +17,7 @@ Davis and A. Burns, "Robust priority assignment for messages on Controller Area 
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass
 
 from dse.analysis.scheduling.busy_window import CLEARLY, Task
@@ -198,11 +198,13 @@ def assigned(
     soonest: int | None = None,
     faults: Task | None = None,
     rule: AssignmentRule = "audsley",
+    before: Collection[int] = (),
 ) -> Assignment:
     """Places for all messages, with identifiers up to `most`; what cannot be in time is placed all the same.
 
     With `soonest`, the position of a message, that has the most urgent place that the deadlines of all others leave it
-    in any order; as if there were numbers enough between stated ones. `faults` are those of the wire.
+    in any order, of those with the messages in `before` before it; as if there were numbers enough between stated ones.
+    `faults` are those of the wire.
 
     Examples
     --------
@@ -218,7 +220,9 @@ def assigned(
     free = [place for place, item in enumerate(candidates) if item.identifier is None]
 
     def turn(place: int) -> tuple[bool, bool, Exact, int]:
-        return candidates[place].turn(place, rule) if place != soonest else (True, True, 0, 0)
+        if soonest is not None and (place == soonest or place in before):
+            return True, True, int(place != soonest), 0
+        return candidates[place].turn(place, rule)
 
     free.sort(key=turn)
     placed: list[int] = []

@@ -49,15 +49,23 @@ def _same_but_for_rate(tree: Tree) -> bool:
 
 
 def is_settled(space: Space) -> bool:
-    """Whether the jitter of all messages is the same whatever their buses carry."""
+    """Whether the jitter of all messages is the same whatever their buses carry.
+
+    So it is where no message that waits dispatches a sender of another one, nor what dispatches such a sender.
+    """
     if space.processing != "execution_time" or not counted_buses(space):
         return False
-    led_to = {item.target for number, item in enumerate(space.connections) if may_wait_for(space, number)}
-    senders = {item.source for number, item in enumerate(space.connections) if may_wait_for(space, number)}
-    timed = {
-        number for number in led_to & senders if number is not None and not is_always_timed(space.components[number])
+    waiting = {number for number in range(len(space.connections)) if may_wait_for(space, number)}
+    senders = {space.connections[number].sender for number in waiting}
+    dispatched = {
+        number: set(item.triggers) for number, item in enumerate(space.components) if not is_always_timed(item)
     }
-    return not timed
+    late: set[int] = set()
+    wires = waiting
+    while fresh := {number for number, triggers in dispatched.items() if triggers & wires} - late:
+        late |= fresh
+        wires = {number for number, item in enumerate(space.connections) if item.sender in fresh}
+    return not late & senders
 
 
 def goes_first(space: Space, decision: Decision, message: int, view: View) -> Sequence[int] | None:

@@ -9,7 +9,7 @@ often, take as long, and are as urgent as here.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -23,6 +23,7 @@ from dse.analysis.messages.stages import (
     faults_on,
     identifier_range,
     is_comparable,
+    is_each_alone,
     may_wait_for,
     message_key,
 )
@@ -166,30 +167,76 @@ def conflicts(space: Space, bus: int, view: View) -> Iterator[Conflict]:
         yield found
 
 
-def soonest_ns(space: Space, number: int, view: View) -> Exact | None:
-    """The least that a message waits for its bus in any order in which all meet their deadlines, in ns.
+@dataclass(frozen=True)
+class Soonest:
+    """The most urgent place that a message has in any order in which all meet their deadlines.
 
-    It waits no less in the order that is chosen (`dse.analysis.messages.assignment`), nor where its bus is busier. None
-    where it has no bound, or there is no such order, or messages queue as they come.
+    `waits_ns` is how long it waits there, in ns, and `before` the messages before it, by their connections.
     """
-    bus = bus_of(space, number, view)
-    if bus is None or set(leaves(space.buses[bus].broadcast)) != {False} or not is_comparable(space):
+
+    waits_ns: Exact
+    before: frozenset[int]
+
+
+def soonest(space: Space, number: int, view: View, before: Collection[int] = ()) -> Soonest | None:
+    """The `Soonest` of a message, of the orders that have the messages of the connections in `before` before it.
+
+    In the order that is chosen (`dse.analysis.messages.assignment`) it waits no less, and behind no fewer messages,
+    where that has those before it; nor does it where its bus is busier. None where it has no bound, or there is no such
+    order, or messages queue as they come.
+    """
+    bus = _comparable_bus(space, number, view)
+    if bus is None:
         return None
     carried, candidates = _candidates(space, bus, view)
     bit, most = identifier_range(space, bus, view)
     faults = faults_on(space, bus, view)
     own_place = carried.index(message_key(space, number, view)[0])
-    made = assigned(candidates, bit, most, own_place, faults)
+    kept = {place for place, one in enumerate(carried) if one in before}
+    made = assigned(candidates, bit, most, own_place, faults, before=kept)
     place = made.order.index(own_place)
-    own = candidates[made.order[place]]
-    urgent = [candidates[one].task for one in made.order[:place]]
-    known = tuple(task for task in urgent if task is not None)
-    if made.stuck or own.task is None or len(known) < len(urgent):
+    own, urgent = candidates[own_place], made.order[:place]
+    known = tuple(task for one in urgent if (task := candidates[one].task) is not None)
+    if made.stuck or own.task is None or len(known) < len(urgent) or not kept.issubset(urgent):
         return None
     behind = max((candidates[one].section_ns for one in made.order[place + 1 :]), default=0)
     longest = max(candidates[one].section_ns for one in made.order[: place + 1])
     response = Arbitrated(own.task, known, behind, own.last_ns, bit, with_frame(faults, longest)).response_ns()
-    return None if response is None else response - own.task.worst_ns
+    if response is None:
+        return None
+    return Soonest(response - own.task.worst_ns, frozenset(carried[one] for one in urgent))
+
+
+def _comparable_bus(space: Space, number: int, view: View) -> int | None:
+    """The bus of a message where its place decides what it waits; None where messages queue as they come."""
+    bus = bus_of(space, number, view)
+    if bus is None or set(leaves(space.buses[bus].broadcast)) != {False} or not is_comparable(space):
+        return None
+    return bus
+
+
+def earlier_on_flows(space: Space, number: int, view: View) -> frozenset[int]:
+    """The messages of flows with any identifier that the rule `audsley` has before a later one of a flow, for sure.
+
+    By their connections: those before it in the file, where it has the last place of all on flows that are left as soon
+    as no other message can have it. They are before it, too, in each design in which nothing is busier, and no message
+    has a number that may have any here: whatever is placed behind it here can be so there, and then it is in time. None
+    where it is on no flow, frames have several connections, or low numbers run short.
+    """
+    bus = _comparable_bus(space, number, view)
+    if bus is None or space.buses[bus].assignment != "audsley" or not is_each_alone(space):
+        return frozenset()
+    carried, candidates = _candidates(space, bus, view)
+    bit, most = identifier_range(space, bus, view)
+    made = assigned(candidates, bit, most, faults=faults_on(space, bus, view))
+    own = carried.index(message_key(space, number, view)[0])
+    sooner = {place for place in range(own) if candidates[place].is_on_flow}
+    place = made.order.index(own)
+    if made.stuck or not candidates[own].is_on_flow or not sooner <= {*made.order[:place]}:
+        return frozenset()
+    if any(item.identifier is not None and item.identifier < len(carried) for item in candidates):
+        return frozenset()
+    return frozenset(carried[one] for one in sooner if candidates[one].identifier is None)
 
 
 @dataclass

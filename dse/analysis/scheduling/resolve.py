@@ -112,9 +112,14 @@ def _in_latencies(space: Space, read: Read, view: View, key: TaskKey) -> Stage:
     return replace(stage, elapsed_ns=(best, picked("max", worst, stated[1])))
 
 
-def among(space: Space, groups: Iterable[Sequence[int]], view: View) -> System:
-    """The system in which only these threads are there, by number, each group on a resource of its own."""
-    return replace(_system_of(space, [(0, 0, turns_of(space, group, view)) for group in groups], view), is_part=True)
+def among(space: Space, groups: Iterable[Sequence[int]], view: View, *, has_buses: bool = False) -> System:
+    """The system in which only these threads are there, by number, each group on a resource of its own.
+
+    Messages wait for no bus, or (`has_buses`) for all that are counted.
+    """
+    resources = [resource_of(space, 0, 0, turns_of(space, group, view), view) for group in groups]
+    buses = [_bus(space, number, view) for number in counted_buses(space)] if has_buses else []
+    return replace(_system(space, [*resources, *buses], view), is_part=True)
 
 
 def _system_of(space: Space, cores: Iterable[tuple[int, int, Sequence[Turn]]], view: View) -> System:

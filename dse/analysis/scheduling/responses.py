@@ -240,6 +240,16 @@ def _among(space: Space, groups: Sequence[Sequence[int]], view: View) -> dict[En
     return dict(solve(among(space, groups, view)).ends)
 
 
+def with_threads(space: Space, groups: Sequence[Sequence[int]], design: Sequence[int]) -> View:
+    """A view of a design in which only these threads wait for each other, each group on a core of its own.
+
+    All messages wait for their buses: response times are never above those of more threads.
+    """
+    view = View(design)
+    view.memo["solution"] = solve(among(space, groups, view, has_buses=True))
+    return view
+
+
 def response_among(space: Space, group: Sequence[int], number: int, view: View, known: Ends) -> Exact | None:
     """The response time of a thread where the threads of `group` share its core, and what releases them ends as known.
 

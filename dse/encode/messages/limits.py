@@ -13,6 +13,7 @@ from dataclasses import dataclass
 
 from ortools.sat.python import cp_model
 
+from dse.analysis.latency.rows import counts_responses
 from dse.analysis.limits import Limit, judge
 from dse.analysis.memo import consulted
 from dse.analysis.messages.conflicts import conflicts, is_own_deadline
@@ -64,8 +65,16 @@ class MessageLimits:
         """The limits of a copy of the model."""
         return MessageLimits(self.space, model, self.chosen, self.limits)
 
-    def settled(self, design: Design, is_true: Callable[[cp_model.IntVar], bool]) -> bool:
-        """Whether all messages meet their limits in a design; where one does not, the model has learnt from it."""
+    def settled(
+        self,
+        design: Design,
+        is_true: Callable[[cp_model.IntVar], bool],
+        why_late: Callable[[Limit, View], Sequence[int]] | None = None,
+    ) -> bool:
+        """Whether all messages meet their limits in a design; where one does not, the model has learnt from it.
+
+        Where threads that wait make it late `why_late` names literals that are true together only where it is.
+        """
         view = View(design)
         held = [item for item in self.limits if item.guard is None or is_true(literal_of(self.model, item.guard))]
         by_deadline = {item.message: item for item in held if item.is_deadline}
@@ -79,11 +88,15 @@ class MessageLimits:
                     is_late = True
         for item in held if not is_late else ():
             if not judge(item.limit, view).holds:
-                self._forbid([item], self._why(item, view))
+                self._forbid([item], self._why(item, view, why_late))
                 is_late = True
         return not is_late
 
-    def _why(self, item: MessageLimit, view: View) -> Conditions:
+    def _why(
+        self, item: MessageLimit, view: View, why_late: Callable[[Limit, View], Sequence[int]] | None
+    ) -> Conditions:
+        if why_late is not None and counts_responses(self.space):
+            return [(literal,) for literal in why_late(item.limit, view)]
         (term,) = item.limit.measure.terms
         scale = item.limit.measure.scale
         conditions = conditions_of(

@@ -4,7 +4,10 @@ What keeps a bus busier makes messages wait no less (`dse.analysis.messages.burd
 does so with every option that is no better, and decisions do not matter with whose best option it takes as long. That
 holds where the jitter of messages is the same whatever the bus carries: where no message that waits releases what sends
 another, and senders end within their longest processing. Where messages may have any identifier it holds of the place
-that a message has when those of the others come first: it has no better one in any order that meets all deadlines.
+that a message has when those of the others come first: it has no better one in any order that meets all deadlines. What
+goes before it there does so in each of these orders, and is told to the model one message at a time: few sets of
+messages are then looked at. Of messages of flows the rule has the earlier ones of the file first, where that leaves all
+in time: so in designs in which nothing is busier, too, which is a condition in the other direction.
 """
 
 from __future__ import annotations
@@ -12,11 +15,12 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from fractions import Fraction
+from functools import partial
 
 from dse.analysis.latency.rows import counts_responses
 from dse.analysis.memo import looked_at
 from dse.analysis.messages.burdens import burdens, goes_first, is_settled
-from dse.analysis.messages.conflicts import Conflict, open_identifiers, soonest_ns
+from dse.analysis.messages.conflicts import Conflict, earlier_on_flows, open_identifiers, soonest
 from dse.analysis.scheduling.responses import message_waits_ns
 from dse.analysis.views import View
 from dse.encode.linear import OpenTerm
@@ -74,33 +78,83 @@ def soonest_conditions(
     """Conditions under which a figure is at least so large whatever the identifiers of others, and how large.
 
     That is what its message waits in the best order for it in which all messages meet their deadlines; in other designs
-    some are late. None where that is no more than a solution `has`.
+    some are late. Where that is no more than a solution `has`, of those orders in which messages of flows come first
+    that the rule has before it for sure. None where that is no more either.
     """
     number, waiting = term.message, term.waiting
-    if number is None or waiting is None or not is_settled(space) or not _all_must_be_in_time(space):
+    if number is None or waiting is None or not _is_chosen_alike(space):
         return None
 
-    def least(seen: View) -> int | None:
-        waited = soonest_ns(space, number, seen)
-        return None if waited is None else waiting(seen, Fraction(waited))
+    def least(seen: View, before: frozenset[int]) -> int | None:
+        found = soonest(space, number, seen, before)
+        return None if found is None else waiting(seen, Fraction(found.waits_ns))
 
-    found = least(view)
-    if found is None or found <= has:
-        return None
-    enough: int = found
+    for before in dict.fromkeys([frozenset[int](), earlier_on_flows(space, number, view)]):
+        enough = least(view, before)
+        if enough is None or enough <= has:
+            continue
 
-    def is_as_long(trial: Sequence[int]) -> bool:
-        figure = least(View(trial))
-        return figure is not None and figure >= enough
+        def is_as_long(trial: Sequence[int], before: frozenset[int] = before, enough: int = enough) -> bool:
+            figure = least(View(trial), before)
+            return figure is not None and figure >= enough
 
-    def compared(index: int, option: int) -> Sequence[int] | None:
-        decision = space.decisions[index]
-        if decision.field != "identifier":
-            return burdens(space, index) if option >= 0 else None
-        stated = [isinstance(value, int) for value in decision.values]
-        return [int(one) for one in stated] if stated.count(True) == 1 else None
+        found, _ = _relaxed(chosen, view, is_as_long, partial(_busier, space))
+        return [*found, *_kept_conditions(space, chosen, number, before, view)], enough
+    return None
 
-    return _relaxed(chosen, view, is_as_long, compared)[0], enough
+
+def order_conditions(
+    space: Space, chosen: Chosen, term: OpenTerm, view: View, known: Callable[[int], bool]
+) -> Iterator[tuple[Conditions, int]]:
+    """Conditions under which other messages go before that of a figure, whatever the identifiers of the rest.
+
+    Each with the literal of `term.before` that is true then; only of messages of which the model does not know it, and
+    as it is where no thread waits for another, by which identifiers are chosen.
+    """
+    number = term.message
+    alone = replace(space, processing="execution_time") if counts_responses(space) else space
+    if number is None or term.waiting is None or not term.before or not _is_chosen_alike(alone):
+        return
+    told: set[int] = {other for other, literal in term.before.items() if known(literal)}
+    for kept in dict.fromkeys([frozenset[int](), earlier_on_flows(alone, number, view)]):
+        found = soonest(alone, number, view, kept)
+        for other in () if found is None else sorted(found.before & term.before.keys() - told):
+            told.add(other)
+
+            def is_before(trial: Sequence[int], other: int = other, kept: frozenset[int] = kept) -> bool:
+                seen = soonest(alone, number, View(trial), kept)
+                return seen is not None and other in seen.before
+
+            conditions: Conditions = []
+            if other not in kept:
+                conditions = _relaxed(chosen, view, is_before, partial(_busier, alone))[0]
+            yield [*conditions, *_kept_conditions(alone, chosen, number, kept, view)], term.before[other]
+
+
+def _kept_conditions(space: Space, chosen: Chosen, number: int, before: frozenset[int], view: View) -> Conditions:
+    """Conditions under which the rule has messages of flows before a later one of a flow (`earlier_on_flows`)."""
+    if not before:
+        return []
+
+    def are_before(trial: Sequence[int]) -> bool:
+        return before <= earlier_on_flows(space, number, View(trial))
+
+    def idler(index: int, option: int) -> Sequence[int] | None:
+        burden = _busier(space, index, option)
+        return None if burden is None else [-one for one in burden]
+
+    return _relaxed(chosen, view, are_before, idler)[0]
+
+
+def _busier(space: Space, index: int, option: int) -> Sequence[int] | None:
+    """A number for each option of a decision: the greater, the longer messages wait, and in the fewer orders in time.
+
+    None where options cannot be compared. A stated identifier leaves fewer orders than any.
+    """
+    if space.decisions[index].field == "identifier":
+        known = [isinstance(value, int) for value in space.decisions[index].values]
+        return [int(one) for one in known] if known.count(True) == 1 else None
+    return burdens(space, index) if option >= 0 else None
 
 
 def undelayed_conditions(
@@ -115,8 +169,8 @@ def undelayed_conditions(
     if number is None or waiting is None or not counts_responses(space):
         return None
     alone = replace(space, processing="execution_time")
-    if open_identifiers(space):
-        return soonest_conditions(alone, chosen, term, view, has)
+    if (sooner := soonest_conditions(alone, chosen, term, view, has)) is not None:
+        return sooner
 
     def least(seen: View) -> int:
         waited = message_waits_ns(alone, number, seen)
@@ -129,6 +183,11 @@ def undelayed_conditions(
     if conditions is None:
         conditions = [(chosen(index, option),) for index, option in looked_at(view.design, least)[1].items()]
     return conditions, found
+
+
+def _is_chosen_alike(space: Space) -> bool:
+    """Whether places are chosen whose messages all meet their deadlines, with jitter that is the same in any order."""
+    return is_settled(space) and open_identifiers(space) and _all_must_be_in_time(space)
 
 
 def _all_must_be_in_time(space: Space) -> bool:

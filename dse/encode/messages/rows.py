@@ -43,7 +43,7 @@ from dse.encode.linear import EXACT_LIMIT, Board, Given
 from dse.encode.messages.frames import Rider, due_riders, own_literal, riders_of
 from dse.space.model.space import EMPTY
 from dse.space.model.trees import at, leaves
-from dse.spec.schema.fields import MOST_IDENTIFIER
+from dse.spec.schema.fields import ANY_IDENTIFIER, MOST_IDENTIFIER
 from dse.support.timelimit import look_at_the_clock
 from dse.support.units import Exact
 
@@ -108,30 +108,33 @@ def add_rows(board: Board, limits: Iterable[tuple[int, int | None]]) -> None:
                 _OnBus(board, bus, given, guards).add()
 
 
-def add_waiting_rows(board: Board, number: int, least: Any, variable: Any, scale: int) -> None:
+def add_waiting_rows(board: Board, number: int, least: Any, variable: Any, scale: int) -> dict[int, int]:
     """Rows that say how long a message waits at least, of a figure in 1 / `scale` ns that is `least` without waiting.
 
     Each message with a lower number goes before it with each job that comes until it begins: one at least, and as many
     as come while all that surely go before it are sent. The longest of the others has begun, or goes first, too; where
-    frames have several connections that alone is said.
+    frames have several connections that alone is said. Returns literals by connection, of messages of which numbers do
+    not tell whether they go before it: each counts where its literal is true, and may be false unless numbers tell.
     """
     space = board.space
     wire = space.connections[number]
     buses = set(leaves(wire.bus))
+    before: dict[int, Any] = {}
     if len(buses) != 1 or not is_comparable(space):
-        return
+        return before
     (bus,) = buses
     if bus not in counted_buses(space) or set(leaves(space.buses[bus].broadcast)) != {False}:
-        return
+        return before
     slot = space.buses[bus]
     for option in allowed_options(space, slot.type_decision):
         given = {slot.type_decision: option}
         if slot.types[option] != EMPTY and "priority" in set(leaves(slot.arbitration)):
             on_bus = _OnBus(board, bus, given, {})
             if is_each_alone(space):
-                on_bus.add_waiting(number, least, variable, scale)
+                on_bus.add_waiting(number, least, variable, scale, before)
             else:
                 on_bus.add_blocking(number, least, variable, scale)
+    return {other: literal.index for other, literal in before.items()}
 
 
 @dataclass
@@ -159,8 +162,8 @@ class _OnBus:
             look_at_the_clock()
             self._add_time(messages, time, bit, where)
 
-    def add_waiting(self, number: int, least: Any, variable: Any, scale: int) -> None:
-        """Add the row of one message for this type of the bus."""
+    def add_waiting(self, number: int, least: Any, variable: Any, scale: int, open_: dict[int, Any]) -> None:
+        """Add the row of one message for this type of the bus; `open_` has literals of what may be before it."""
         board, space = self.board, self.board.space
         ((decision, option),) = self.given.items()
         ranges = tabulate(space, self._range, MOST_CASES, self.given)
@@ -169,16 +172,22 @@ class _OnBus:
         bit = ranges[0].value
         found = [made for one in range(len(space.connections)) if (made := self._message(one)) is not None]
         own = self._numbered(number, apart(space, number, self.given)) if has_own_message(space, number) else []
-        if not own:
-            return
         found = [message for message in found if message.number != number]
-        others = [message for message in found if message.numbers]
-        highest = max(value for _, value in own)
-        before = {message.number: self._goes_first(message, own) for message in others if message.lowest < highest}
-        sure = [one for one in others if before.get(one.number) is board.true]
+        before: dict[int, Any] = {}
+        for message in found:
+            goes_first = self._goes_first(message, own)
+            if goes_first is not board.true and (self._may_be_any(number) or self._may_be_any(message.number)):
+                if message.number not in open_:
+                    open_[message.number] = board.model.new_bool_var("")
+                if goes_first is not None:
+                    board.model.add_implication(goes_first, open_[message.number])
+                goes_first = open_[message.number]
+            if goes_first is not None:
+                before[message.number] = goes_first
+        sure = [one for one in found if before.get(one.number) is board.true]
         window = sum(min(item.task.worst_ns for _, item in one.cases if item.task is not None) for one in sure) + bit
         parts = []
-        for message in others:
+        for message in found:
             goes_first = before.get(message.number)
             if goes_first is None:
                 continue
@@ -188,13 +197,23 @@ class _OnBus:
                 parts.append((work, board.all_of([goes_first, case])))
         if sum(work for work, _ in parts) >= EXACT_LIMIT:
             return
-        maybe = [message for message in found if before.get(message.number) is not board.true]
-        blocker = max(maybe, key=_section, default=None)
-        if blocker is not None:  # it has begun, or goes first, whatever its number
-            behind = before.get(blocker.number, board.true.negated()).negated()
-            parts.append((floor(_section(blocker) * scale), behind))
+        parts += self._begun(found, before, scale)
         form = sum(work * literal for work, literal in parts)
         board.model.add(variable >= least + form).only_enforce_if(board.options[decision][option])
+
+    def _begun(self, found: Sequence[_Message], before: Mapping[int, Any], scale: int) -> list[tuple[int, Any]]:
+        """The longest frame of the messages that are not before one, as a sum: what it takes more than shorter ones."""
+        maybe = [one for one in found if before.get(one.number) is not self.board.true]
+        lengths = sorted({floor(_section(one) * scale) for one in maybe}, reverse=True)
+        parts = []
+        for length, shorter in pairwise([*lengths, 0]):
+            long = [one for one in maybe if floor(_section(one) * scale) >= length]
+            ways = [before[one.number].negated() for one in long if one.number in before]
+            parts.append((length - shorter, self.board.any_of(ways) if len(ways) == len(long) else self.board.true))
+        return parts
+
+    def _may_be_any(self, number: int) -> bool:
+        return ANY_IDENTIFIER in set(leaves(self.board.space.connections[number].identifier))
 
     def add_blocking(self, number: int, least: Any, variable: Any, scale: int) -> None:
         """Add rows for this type of the bus that the longest other frame has begun, or goes first."""

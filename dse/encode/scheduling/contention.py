@@ -24,13 +24,14 @@ from dse.analysis.placement.lexicographic import first_placement
 from dse.analysis.scheduling.responses import is_released_alone
 from dse.analysis.views import View
 from dse.encode.linear import Board, OpenTerm
+from dse.encode.messages.reasons import order_conditions
 from dse.encode.rates import RateVariables
 from dse.encode.scheduling.combined import Combined
 from dse.encode.scheduling.core_limits import CoreLimit
 from dse.encode.scheduling.core_symmetry import number_cores
 from dse.encode.scheduling.orders import order_reasons
 from dse.encode.scheduling.places import Places
-from dse.encode.scheduling.reasons import Reason, reason_of, reason_of_value
+from dse.encode.scheduling.reasons import Reason, reason_of, reason_of_message, reason_of_value
 from dse.encode.scheduling.schedulability import Deadline, add_rows
 from dse.encode.scheduling.waiting import WaitRows
 from dse.space.model.space import Design, OpenCore, OpenPriority, Space
@@ -176,12 +177,31 @@ class Contention:
             if term.waits is not None and self.waiting is not None:
                 fresh |= self.waiting.refine(term.waits[0], view)
         for term, exact in low if not fresh else ():
+            if self._ordered(term, view, value):
+                continue
             has = value(term.variable)
             reason, least = reason_of_value(self.space, self.places, term, View(design), has, exact)
             held = [self.combined.literal(index) for index in self.combined.conditions(reason)]
             variable = self.model.get_int_var_from_proto_index(term.variable.index)
             self.model.add(variable >= least).only_enforce_if(held)
         return bool(low)
+
+    def _ordered(self, term: OpenTerm, view: View, value: Callable[[cp_model.IntVar], int]) -> bool:
+        """Say what goes before the message of a figure that a solution does not have there; whether there is any."""
+
+        def is_known(literal: int) -> bool:
+            return bool(value(self.combined.literal(literal)))
+
+        fresh = False
+        for conditions, literal in order_conditions(self.space, self.places.chosen, term, view, is_known):
+            held = [self.combined.literal(index) for index in self.combined.conditions(Reason(tuple(conditions), ()))]
+            self.model.add_bool_or([self.combined.literal(literal), *(one.negated() for one in held)])
+            fresh = True
+        return fresh
+
+    def why_late(self, limit: Limit, view: View) -> list[int]:
+        """Literals that are true together only where the message of a limit is late; all are in the design."""
+        return self.combined.conditions(reason_of_message(self.space, self.places, limit, view))
 
     def settled(
         self,

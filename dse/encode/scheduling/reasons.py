@@ -12,14 +12,14 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 from itertools import permutations
 
-from dse.analysis.limits import HOLDS, Limit
+from dse.analysis.limits import HOLDS, Limit, judge
 from dse.analysis.memo import consulted, looked_at
 from dse.analysis.messages.stages import counted_buses
 from dse.analysis.placement.first_fit import core_of_each
 from dse.analysis.rates import NS_PER_S, is_event_triggered, rate_hz
 from dse.analysis.scheduling.busy_window import Stream, Task, response_time_ns
 from dse.analysis.scheduling.priorities import number_of, order_ns
-from dse.analysis.scheduling.responses import counted_ns, subset_responses
+from dse.analysis.scheduling.responses import counted_ns, subset_responses, with_threads
 from dse.analysis.scheduling.tasks import work_ns
 from dse.analysis.terms import FlowChain
 from dse.analysis.views import View
@@ -86,29 +86,34 @@ def reason_of_value(
 ) -> tuple[Reason, int]:
     """Conditions under which a figure is at least so large: more than a solution `has`, and at most its `exact` value.
 
-    Of a thread's waiting as little counts as shows that it is more: its executor, its core, or all that there is. All
-    that the figure hangs on are conditions where it may fall.
+    Of a thread's waiting as little counts as shows that it is more: its executor, its core, all threads, as if no
+    message waited, or all that there is. All that the figure hangs on are conditions where it may fall.
     """
     value = term.value
-    if term.may_fall or counted_buses(space):  # what messages wait for hangs on all on their bus
-        known = None if term.may_fall else value_conditions(space, places.chosen, term, view, has, exact)
-        return (
-            (_seen(space, places, value, view, ()), exact) if known is None else (Reason(tuple(known[0]), ()), known[1])
-        )
+    if term.may_fall:
+        return _seen(space, places, value, view, ()), exact
+    has_buses = bool(counted_buses(space))
+    if has_buses and (known := value_conditions(space, places.chosen, term, view, has, exact)) is not None:
+        return Reason(tuple(known[0]), ()), known[1]
     groups = _groups(space, places, view)
 
     def with_only(given: Sequence[tuple[int, tuple[int, ...]]], design: Sequence[int]) -> int:
         return value(View(design, [threads for _, threads in given]))
 
-    is_known = all(_is_known(places, processor, number) for processor, numbers in groups for number in numbers)
+    is_known = not has_buses and all(
+        _is_known(places, processor, number) for processor, numbers in groups for number in numbers
+    )
     least = exact
     for few in _few_groups(space, groups, term, view):
         found = with_only(few, view.design)
         if found > has:
             groups, least, is_known = few, found, True
             break
-    if not is_known and with_only(groups, view.design) < least:
-        return _seen(space, places, value, view, ()), exact
+    if not is_known:
+        found = with_only(groups, view.design)
+        if found <= has or (found < least and not has_buses):
+            return _seen(space, places, value, view, ()), exact
+        least = found
     for group in list(groups):
         fewer = [item for item in groups if item != group]
         if with_only(fewer, view.design) >= least:
@@ -118,6 +123,30 @@ def reason_of_value(
         if with_only(fewer, view.design) >= least:
             groups = fewer
     return _seen(space, places, lambda seen: with_only(groups, seen.design), view, groups), least
+
+
+def reason_of_message(space: Space, places: Places, limit: Limit, view: View) -> Reason:
+    """Conditions that together make the message of a limit late, with as few threads that wait as will do.
+
+    All of them hold in the design.
+    """
+
+    def is_late(given: Sequence[tuple[int, tuple[int, ...]]], design: Sequence[int]) -> bool:
+        seen = with_threads(space, [threads for _, threads in given], design)
+        return not judge(limit, seen).holds
+
+    groups = _groups(space, places, view)
+    if not is_late(groups, view.design):
+        return _seen(space, places, lambda seen: judge(limit, seen).holds, view, ())
+    for group in list(groups):
+        fewer = [item for item in groups if item != group]
+        if is_late(fewer, view.design):
+            groups = fewer
+    for number in [item for _, threads in groups for item in threads]:
+        fewer = [(slot, left) for slot, threads in groups if (left := tuple(n for n in threads if n != number))]
+        if is_late(fewer, view.design):
+            groups = fewer
+    return _seen(space, places, lambda seen: is_late(groups, seen.design), view, groups)
 
 
 def _few_groups(

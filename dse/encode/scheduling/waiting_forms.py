@@ -7,7 +7,7 @@ where it is what a thread's waiting adds, this is one variable for all figures w
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from fractions import Fraction
 
 from ortools.sat.python import cp_model
@@ -107,6 +107,9 @@ def _made_form(board: Board, measure: Measure, term: Term, rounded: Callable[[Fr
     waits = (
         None if term.waits is None or term.waits_where is not None else (term.waits[0], term.waits[1] * measure.scale)
     )
+    before: Mapping[int, int] = {}
+    if term.message is not None and not term.may_fall:
+        before = add_waiting_rows(board, term.message, board.expression(lows), variable, measure.scale)
     value = OpenTerm(
         variable,
         lambda view: rounded(term.value(view) * measure.scale),
@@ -115,10 +118,9 @@ def _made_form(board: Board, measure: Measure, term: Term, rounded: Callable[[Fr
         term.may_fall,
         term.message,
         None if board.is_guarded else lambda view, waited: rounded((ends(view)[0] + waited) * measure.scale),
+        before,
     )
     board.open_terms.append(value)
-    if term.message is not None and not term.may_fall:
-        add_waiting_rows(board, term.message, board.expression(lows), variable, measure.scale)
     return Form(0, {variable.index: 1}, lows.low, highs.high)
 
 

@@ -41,13 +41,15 @@ class Lesson:
     """Not all at once: each decision has one of the options beside it, and the threads of each group share a core.
 
     Of each pair of `above` the first decision has an option that is no earlier than the second's.
-    With `raised` (a thread, and a time in ns): else that thread waits so long at least.
+    With `raised` (a thread, and a time in ns): else that thread waits so long at least. With `before` (the key of a
+    message that waits, and another message): else the other one goes before it.
     """
 
     box: Mapping[int, frozenset[int]]
     groups: Groups
     raised: tuple[int, Fraction] | None = None
     above: tuple[tuple[int, int], ...] = ()
+    before: tuple[int, int] | None = None
 
 
 def is_late_limit(limit: Limit) -> bool:
@@ -145,7 +147,7 @@ def _without_order(space: Space, limits: Sequence[Limit], design: Design) -> Ite
         yield Lesson(_box(space, is_late, design, _seen(is_late, design)), (group,))
 
 
-def _pairs(
+def ordered_pairs(
     space: Space, groups: Groups | None, seen: Mapping[int, int]
 ) -> tuple[frozenset[int], tuple[tuple[int, int], ...]]:
     """The priorities among options that were looked at of which only the order counts, and that order."""
@@ -169,9 +171,9 @@ def waiting_lesson(space: Space, number: int, waited: Fraction, design: Design) 
         known = all_responses(space, view) if groups is None else subset_responses(space, groups, view)
         return waited_ns(space, number, view, counted_ns(known.get((number, "thread"), 0))) >= waited
 
-    groups = _least(space, number, waits, design)
+    groups = least_groups(space, number, waits, design)
     seen = _seen(lambda given: waits(groups, View(given)), design)
-    apart, above = _pairs(space, groups, seen)
+    apart, above = ordered_pairs(space, groups, seen)
     box = {item: frozenset((option,)) for item, option in seen.items() if item not in apart}
     return Lesson(box, groups or (), (number, waited), above)
 
@@ -185,7 +187,7 @@ def chain_lesson(space: Space, key: int, chain: FlowChain, waited: Fraction, des
     def waits(groups: Sequence[Sequence[int]] | None, view: View) -> bool:
         return chain_wait_ns(space, chain, View(view.design, groups)) >= waited
 
-    groups = _least(space, chain.threads[-1], waits, design)
+    groups = least_groups(space, chain.threads[-1], waits, design)
 
     def waits_there(given: Sequence[int]) -> bool:
         still = waits(groups, View(given))
@@ -194,21 +196,21 @@ def chain_lesson(space: Space, key: int, chain: FlowChain, waited: Fraction, des
         return still
 
     seen = _seen(waits_there, design)
-    apart, above = _pairs(space, groups, seen)
+    apart, above = ordered_pairs(space, groups, seen)
     box = {item: frozenset((option,)) for item, option in seen.items() if item not in apart}
     return Lesson(box, groups or (), (key, waited), above)
 
 
 def _lesson(space: Space, limit: Limit, design: Design) -> Lesson:
     number = limit.requirement.metric.index or 0
-    groups = _least(space, number, lambda given, view: _breaks(space, limit, given, view), design)
+    groups = least_groups(space, number, lambda given, view: _breaks(space, limit, given, view), design)
 
     def is_late(given: Sequence[int]) -> bool:
         view = View(given)
         return not judge(limit, view).holds if groups is None else _breaks(space, limit, groups, view)
 
     seen = _seen(is_late, design)
-    apart, above = _pairs(space, groups, seen)
+    apart, above = ordered_pairs(space, groups, seen)
     return Lesson(_box(space, is_late, design, seen, apart), groups or (), above=above)
 
 
@@ -238,7 +240,7 @@ def _breaks(space: Space, limit: Limit, groups: Sequence[Sequence[int]], view: V
     return not HOLDS[limit.requirement.operator](Fraction(counted_ns(response)), limit.bound(view))
 
 
-def _least(
+def least_groups(
     space: Space, number: int, breaks: Callable[[Sequence[Sequence[int]], View], bool], design: Design
 ) -> Groups | None:
     """Groups of threads of which none can be left out; None where first-fit decides who shares a core."""

@@ -25,17 +25,17 @@ from dse.analysis.limits import Limit, judge
 from dse.analysis.memo import looked_at
 from dse.analysis.messages.assignment import Candidate
 from dse.analysis.messages.burdens import burdens, goes_first, is_settled
-from dse.analysis.messages.conflicts import Conflict, conflicts, is_own_deadline, open_identifiers, soonest_ns
+from dse.analysis.messages.conflicts import Conflict, conflicts, is_own_deadline, open_identifiers
 from dse.analysis.messages.frames import added, apart, has_own_message, longest_frame_ns
 from dse.analysis.messages.stages import candidate_of, counted_buses, identifier_range, is_comparable, limit_ns
 from dse.analysis.scheduling.resolve import released_undelayed
-from dse.analysis.scheduling.responses import message_waits_ns
+from dse.analysis.scheduling.responses import message_waits_ns, with_threads
 from dse.analysis.views import PartialView, View, tabulate
 from dse.space.model.arrivals import CyclicActivation
 from dse.space.model.space import Design, Space
 from dse.space.model.trees import Choice, NotOffered, at, leaves
 from dse.support.units import Exact
-from dse.verification.scheduling.contention import Lesson
+from dse.verification.scheduling.contention import Lesson, least_groups, ordered_pairs
 
 MOST_CASES = 16
 """A message with more combinations of options than this has no part in rows."""
@@ -86,23 +86,39 @@ class BusRows:
         self.model.add_bool_or([made, *(self._is(*item).negated() for item in conditions)])
         return made
 
-    def _add_bus(self, bus: int, decision: int, option: int) -> None:
-        space, given = self.space, {decision: option}
-        slot = space.buses[bus]
+    def by_type(self, bus: int) -> Iterator[tuple[Any, Exact, list[Sent]]]:
+        """For each type of a bus on which numbers decide its literal, its bit (ns), and the messages always on it."""
+        space, slot = self.space, self.space.buses[bus]
+        if set(leaves(slot.broadcast)) != {False} or not is_comparable(space):
+            return
+        for option in range(len(slot.types)):
+            given = {slot.type_decision: option}
+            if (bit := self._bit(bus, given)) is not None:
+                found = (self._message(bus, number, given) for number in range(len(space.connections)))
+                yield self._is(slot.type_decision, option), bit, [one for one in found if one]
+
+    def _bit(self, bus: int, given: dict[int, int]) -> Exact | None:
+        """The time of a bit, in ns, where numbers decide on a bus of a type; None where that is not sure."""
+        space, slot = self.space, self.space.buses[bus]
 
         def bit_of(view: View) -> Exact | None:
             is_counted = at(slot.arbitration, view) == "priority"
             return identifier_range(space, bus, view)[0] if is_counted else None
 
         bits = tabulate(space, bit_of, MOST_CASES, given) or []
-        if len({case.value for case in bits}) != 1 or bits[0].value is None:
+        return bits[0].value if len({case.value for case in bits}) == 1 else None
+
+    def _add_bus(self, bus: int, decision: int, option: int) -> None:
+        space, given = self.space, {decision: option}
+        bit = self._bit(bus, given)
+        if bit is None:
             return
         messages = [found for number in range(len(space.connections)) if (found := self._message(bus, number, given))]
         times = {item.limit_ns for one in messages for _, item in one.cases}
         for time in sorted(time for time in times if time is not None):
-            self._add_time(messages, time, bits[0].value, self._is(decision, option))
+            self._add_time(messages, time, bit, self._is(decision, option))
 
-    def _message(self, bus: int, number: int, given: dict[int, int]) -> _Sent | None:
+    def _message(self, bus: int, number: int, given: dict[int, int]) -> Sent | None:
         space, wire = self.space, self.space.connections[number]
         if set(leaves(wire.bus)) != {bus} or not has_own_message(space, number):
             return None
@@ -131,7 +147,7 @@ class BusRows:
         whole = (
             max(ends) if ends and len(ends) == len(full) else longest + sum(case.value.extra_ns for _, case in riders)
         )
-        return _Sent(
+        return Sent(
             number,
             [(self._where(case.conditions), case.value) for case in cases],
             [(self._where([*own, *case.conditions]), case.value) for case in numbers if isinstance(case.value, int)],
@@ -147,7 +163,7 @@ class BusRows:
             whole if riders else longest,
         )
 
-    def _add_time(self, messages: Sequence[_Sent], time: Exact, bit: Exact, kind: Any) -> None:
+    def _add_time(self, messages: Sequence[Sent], time: Exact, bit: Exact, kind: Any) -> None:
         due = [one for one in messages if one.is_due(time) or one.carried_until(time)]
         others = [one for one in messages if one not in due]
         if not any(one.is_due(time) for one in due):
@@ -184,7 +200,7 @@ class BusRows:
             parts.append(part)
         self.model.add_bool_or([*parts, kind.negated()])
 
-    def _both(self, one: Any, other: Any) -> Any:
+    def both(self, one: Any, other: Any) -> Any:
         """A literal that is true where both are; None: always."""
         if one is None or other is None:
             return other if one is None else one
@@ -192,24 +208,24 @@ class BusRows:
         self._implies([one, other], made)
         return made
 
-    def _there(self, one: _Sent, time: Exact) -> _There:
+    def _there(self, one: Sent, time: Exact) -> _There:
         """A message where it is sent and due by then, be it for what is carried in it."""
         if one.is_due(time):
-            cases = [(self._both(one.own, literal), item) for literal, item in one.cases]
+            cases = [(self.both(one.own, literal), item) for literal, item in one.cases]
             return _There(cases, [(item.literal, item.extra_ns) for item in one.carried])
         until = one.carried_until(time)
         present = self.model.new_bool_var("")
         for item in until:
             self._implies([item.literal], present)
         return _There(
-            [(self._both(present, literal), item) for literal, item in one.cases],
+            [(self.both(present, literal), item) for literal, item in one.cases],
             [
-                (item.literal if item in until else self._both(present, item.literal), item.extra_ns)
+                (item.literal if item in until else self.both(present, item.literal), item.extra_ns)
                 for item in one.carried
             ],
         )
 
-    def _longest_of(self, messages: Sequence[_Sent], kind: Any) -> Any:
+    def _longest_of(self, messages: Sequence[Sent], kind: Any) -> Any:
         """What the longest of these messages takes at least, as a variable."""
         found = self.model.new_int_var(0, int(max((one.longest_ns for one in messages), default=0) * FINE), "")
         for one in messages:
@@ -218,7 +234,7 @@ class BusRows:
             self.model.add(found >= least).only_enforce_if(kind)
         return found
 
-    def _before(self, due: Sequence[_Sent], others: Sequence[_Sent]) -> dict[int, Any]:
+    def _before(self, due: Sequence[Sent], others: Sequence[Sent]) -> dict[int, Any]:
         """A literal for each of the others, true where a message that is due has a greater identifier."""
         numbers = [(number, True, one.number, literal) for one in due for literal, number in one.numbers]
         numbers += [(number, False, one.number, literal) for one in others for literal, number in one.numbers]
@@ -261,7 +277,7 @@ class _There:
 
 
 @dataclass
-class _Sent:
+class Sent:
     """A message that is on a bus: what it is where literals are true, and its numbers; None: always.
 
     It is there where `own` is true. With all that it may carry its frame takes `longest_ns`.
@@ -275,7 +291,7 @@ class _Sent:
     longest_ns: Exact
 
     def carried_until(self, time: Exact) -> list[_Carried]:
-        """What it may carry that is due by `time`."""
+        """Connections that it may carry and that are due by `time`."""
         return [item for item in self.carried if item.limit_ns is not None and item.limit_ns <= time]
 
     def is_due(self, time: Exact) -> bool:
@@ -294,7 +310,7 @@ def _one_job(item: Candidate) -> Exact:
     return item.task.worst_ns
 
 
-def _intervals(due: Sequence[_Sent], time: Exact, last: Exact, bit: Exact) -> Iterator[tuple[Exact, Exact]]:
+def _intervals(due: Sequence[Sent], time: Exact, last: Exact, bit: Exact) -> Iterator[tuple[Exact, Exact]]:
     """Parts of the time until the end, which are cut where jobs come."""
     cuts: set[Exact] = set()
     for item in chain.from_iterable((case for _, case in one.cases) for one in due):
@@ -327,8 +343,8 @@ def limited_by_deadline(space: Space, limits: Sequence[Limit]) -> set[int]:
     return {number for number, item in pairs if is_own_deadline(space, number, item.bound)}
 
 
-def message_lessons(space: Space, limits: Sequence[Limit], design: Design) -> list[Lesson]:
-    """The lesson from messages that miss these limits in a design."""
+def message_lessons(space: Space, limits: Sequence[Limit], design: Design, *, has_places: bool) -> list[Lesson]:
+    """The lesson from messages that miss these limits in a design; of threads that wait where these have places."""
     view = View(design)
     limited = limited_by_deadline(space, limits)
     found = [
@@ -340,7 +356,30 @@ def message_lessons(space: Space, limits: Sequence[Limit], design: Design) -> li
     if found:
         return found
     late = [item for item in limits if not judge(item, view).holds]
-    return [Lesson(_seen(lambda given, item=item: not judge(item, View(given)).holds, design), ()) for item in late]  # type: ignore[misc]
+    return [_late_lesson(space, item, design, has_places=has_places) for item in late]
+
+
+def _late_lesson(space: Space, limit: Limit, design: Design, *, has_places: bool) -> Lesson:
+    """The lesson from one message that is late in a design, with as few threads that wait as make it late."""
+
+    def is_late(groups: Sequence[Sequence[int]] | None, given: Sequence[int]) -> bool:
+        view = View(given) if groups is None else with_threads(space, groups, given)
+        return not judge(limit, view).holds
+
+    groups = None
+    if counts_responses(space) and has_places:
+        groups = least_groups(space, -1, lambda found, view: is_late(found, view.design), design)
+
+    def is_late_there(given: Sequence[int]) -> bool:
+        for thread in (one for group in groups or () for one in group):
+            at(space.components[thread].processor, View(given))
+        return is_late(groups, given)
+
+    still, seen = looked_at(design, lambda view: is_late_there(view.design))
+    assert still, "a message is in time"
+    apart, above = ordered_pairs(space, groups, seen)
+    box = {item: frozenset((option,)) for item, option in seen.items() if item not in apart}
+    return Lesson(box, groups or (), above=above)
 
 
 def _conflict_lesson(space: Space, conflict: Conflict, design: Design) -> Lesson:
@@ -351,7 +390,7 @@ def _conflict_lesson(space: Space, conflict: Conflict, design: Design) -> Lesson
         is_of_frame = space.decisions[decision].field == "carried_in"
         return conflict.frame_burden(space, decision, View(design)) if is_of_frame else burdens(space, decision)
 
-    box, busy = _widened(design, is_late, compared)
+    box, busy = widened(design, is_late, compared)
     ordered = conflict.kept_from_last(space, View(busy))
     assert ordered is not None
     for number, bound, is_most in conflict.bounds(ordered):
@@ -378,23 +417,18 @@ def waits_lesson(space: Space, key: int, waits: Callable[[View], Fraction], wait
         return burdens(space, decision)
 
     if is_settled(space) and not open_identifiers(space):
-        return Lesson(_widened(design, is_as_long, compared)[0], (), (key, waited))
+        return Lesson(widened(design, is_as_long, compared)[0], (), (key, waited))
     return Lesson(_seen(is_as_long, design), (), (key, waited))
 
 
-def undelayed_lesson(
-    space: Space, key: int, limits: Sequence[Limit], longer_ns: Fraction, design: Design
-) -> Lesson | None:
+def undelayed_lesson(space: Space, key: int, longer_ns: Fraction, design: Design) -> Lesson | None:
     """The lesson from a message that waits longer than `longer_ns` though no thread waits for another; else None.
 
-    Threads that wait pass on more jitter. Where identifiers follow from jitter it waits so long in every order that
-    meets all deadlines, if `limits` have them.
+    Threads that wait pass on more jitter, by which identifiers are not chosen.
     """
     if not counts_responses(space):
         return None
     alone = replace(space, processing="execution_time")
-    if open_identifiers(space):
-        return soonest_lesson(alone, key, limits, longer_ns, design)
 
     def waits(view: View) -> Fraction:
         return Fraction(message_waits_ns(alone, -1 - key, view))
@@ -403,38 +437,7 @@ def undelayed_lesson(
     return waits_lesson(alone, key, waits, waited, design) if waited > longer_ns else None
 
 
-def soonest_lesson(
-    space: Space, key: int, limits: Sequence[Limit], longer_ns: Fraction, design: Design
-) -> Lesson | None:
-    """The lesson from a message that waits longer than `longer_ns` in every order that meets all deadlines; else None.
-
-    Only where `limits` have all deadlines.
-    """
-    limited = limited_by_deadline(space, limits)
-    if not (is_settled(space) and open_identifiers(space)) or any(
-        item.deadline_ns is not None and number not in limited for number, item in enumerate(space.connections)
-    ):
-        return None
-    least = soonest_ns(space, -1 - key, View(design))
-    if least is None or least <= longer_ns:
-        return None
-    bound = Fraction(least)
-
-    def is_as_long(given: Sequence[int]) -> bool:
-        found = soonest_ns(space, -1 - key, View(given))
-        return found is not None and found >= bound
-
-    def compared(decision: int) -> Sequence[int] | None:
-        item = space.decisions[decision]
-        if item.field != "identifier":
-            return burdens(space, decision)
-        stated = [int(isinstance(value, int)) for value in item.values]
-        return stated if sum(stated) == 1 else None
-
-    return Lesson(_widened(design, is_as_long, compared)[0], (), (key, bound))
-
-
-def _widened(
+def widened(
     design: Design, holds: Callable[[Sequence[int]], bool], compared: Callable[[int], Sequence[int | None] | None]
 ) -> tuple[dict[int, frozenset[int]], Design]:
     """Options of the decisions that are looked at, with which a thing holds, and the least busy design of these.

@@ -30,7 +30,7 @@ MOST_JOBS = 24
 
 
 class WaitVariables:
-    """The waiting times in a model, in units of 1 / `scale` ns; those of messages are learnt as they come."""
+    """The waiting times in a model, in units of 1 / `scale` ns; of messages see `message_waits.py`."""
 
     def __init__(self, space: Space, model: cp_model.CpModel, waits: Waits, value: Callable[[Any], Any]) -> None:
         self.space, self.model, self.scale = space, model, waits.scale
@@ -74,6 +74,16 @@ class WaitVariables:
             self._add_chain(self.variables[number], chain.threads)
         for number, latest in waits.latest.items():
             model.add(self.scale * self.work[number] + self.variables[number] <= value(latest))
+
+    @property
+    def has_threads(self) -> bool:
+        """Whether threads wait, not messages alone."""
+        return bool(self.waits.threads or self.waits.chains)
+
+    @property
+    def of_messages(self) -> dict[int, Any]:
+        """The variables of messages, by their keys."""
+        return {number: self.variables[number] for number in self.waits.messages}
 
     def _add_chain(self, variable: Any, chain: Sequence[int]) -> None:
         """Threads that may be one chain wait, all together, for one job of each other that one of them waits for.
