@@ -8,6 +8,7 @@ Read `prover.py` first, then `tables.py`.
 * `exhaustion.py`: every design of a small question.
 * `model.py`, `element_constraints.py`: the second model; diagrams in it.
 * `reduced.py`: regions refuted on a smaller question.
+* `plain_sums.py`: regions refuted by their relaxation, where all figures are plain sums.
 * `cases.py`: several questions asked as one.
 * `rounds.py`, `solver_calls.py`: a question asked again after a refused solution; settings of the solver.
 * `geometry.py`: regions and points that leave nothing uncovered.

@@ -23,6 +23,7 @@ from dse.verification import solver_calls
 from dse.verification.cases import Cases
 from dse.verification.diagrams import Node, TooLarge, leaves
 from dse.verification.element_constraints import Lookups
+from dse.verification.plain_sums import plain_sums
 from dse.verification.reduced import ReducedRegion, Reduction
 from dse.verification.rounds import Favourite, Rounds
 from dse.verification.scheduling.by_type import MOST_AS_A_WHOLE, ByType
@@ -78,6 +79,7 @@ class SecondModel:
         ]
         self.lookups = Lookups(self.model, self.chosen.__getitem__, self.given)
         self._reduction = Reduction(tables)
+        self._plain = plain_sums(self._reduction, deadline)
         for _, diagram in tables.conditions:
             self.model.add(self.lookups.variable(diagram) == 1)
         self.waiting: WaitVariables | None = None
@@ -226,8 +228,10 @@ class SecondModel:
     def unproved_regions(self, regions: Sequence[Sequence[int]]) -> list[int]:
         """The positions of regions that one quick question about all of them does not prove empty.
 
-        Bounds of objectives, exclusive, as in `in_region`.
+        Bounds of objectives, exclusive, as in `in_region`; of plain sums each region is asked by itself.
         """
+        if self._plain is not None:
+            return [at for at, region in enumerate(regions) if not self._is_refuted_plainly(region)]
         model = self.model.clone()
         cases = Cases(model, len(regions))
         for objective, bounds in zip(self.objectives, zip(*regions, strict=True), strict=True):
@@ -236,9 +240,26 @@ class SecondModel:
         return self._unproved(cases)
 
     def unproved_claims(self, claims: Sequence[Claim]) -> list[int]:
-        """The positions of claims for which one quick question about all does not prove that no design is earlier."""
-        model = self.model.clone()
-        return self._unproved(self._add_earlier(model, claims, [self._earlier.anywhere] * len(claims)))
+        """The positions of claims for which one quick question about all does not prove that no design is earlier.
+
+        Of plain sums it is asked of those only whose objectives some other design has, too.
+        """
+        left = [at for at, claim in enumerate(claims) if self._plain is None or not self._is_the_only_one(*claim)]
+        if not left:
+            return []
+        model, anywhere = self.model.clone(), [self._earlier.anywhere] * len(left)
+        unproved = self._unproved(self._add_earlier(model, [claims[at] for at in left], anywhere))
+        return [left[position] for position in unproved]
+
+    def _is_the_only_one(self, vector: Sequence[int], design: Design) -> bool:
+        """Whether it is proved that no other design has these objectives."""
+        return self._is_refuted_plainly([value + 1 for value in vector], vector, design)
+
+    def _is_refuted_plainly(self, *question: Any) -> bool:
+        """Whether a question about plain sums is proved to have no answer, by a short attempt."""
+        assert self._plain is not None
+        self.calls += 1
+        return self._plain.is_refuted(solver_calls.FIRST_LIMIT, *question)
 
     def _unproved(self, cases: Cases) -> list[int]:
         def attempt(model: cp_model.CpModel, limit: float) -> solver_calls.Outcome:
@@ -453,6 +474,8 @@ class SecondModel:
 
         def is_refuted(limit: float) -> bool:
             nonlocal region
+            if self._plain is not None:
+                return self._plain.is_refuted(limit, below, from_on)
             if region is None:
                 region = self._reduction.region(below, from_on)
             return region.is_refuted(limit, self.deadline)

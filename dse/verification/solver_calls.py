@@ -54,6 +54,8 @@ IN_ORDER: Ways = (SolverWay(cp_model.FIXED_SEARCH, 0, 0, plain=True), *WAYS)
 """Ways where a model has an order of decisions: what is asked for first is tried, or refuted, first."""
 BY_ROWS: Ways = (SolverWay(cp_model.AUTOMATIC_SEARCH, 0, 1, plain=True), *WAYS)
 """Ways where rows mostly refute a question at once."""
+BY_RELAXATION: Ways = (SolverWay(cp_model.AUTOMATIC_SEARCH, 2, 0, plain=True),)
+"""The way where figures are plain sums: what rows leave together the relaxation tells, without a cut."""
 WAITING: Ways = (
     SolverWay(cp_model.AUTOMATIC_SEARCH, 0, 1, plain=True),
     SolverWay(cp_model.AUTOMATIC_SEARCH, 1, 0, plain=True),
