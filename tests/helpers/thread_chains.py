@@ -191,8 +191,9 @@ class OnCore:
                 limits.append(by)
             if before in ends[-1:] and earlier is not None:
                 behind.append(earlier)
-                chain = self.chain(item)
-                reach.append(chains.jitter[ends[0]] + chains.least(chain[chain.index(ends[0]) : -1]))
+                if self.is_settled[ends[0]]:
+                    chain = self.chain(item)
+                    reach.append(chains.jitter[ends[0]] + chains.least(chain[chain.index(ends[0]) : -1]))
         sender = self._before(item, level)
         if sender is not None and self.levels[sender] <= self.levels[level]:
             found = self.comes(sender, level, chains, ends=ends, is_own=is_own)

@@ -192,7 +192,7 @@ class Successors:
         """How long after the first of a window may be released at the earliest what it sends comes, and its period."""
         releases, chain = self.known.releases(own), self.known.chains.chain(job[0])
         takes = self.known.windows.bound(chain[chain.index(own[0]) : -1])
-        if releases is None or len(releases.streams) != 1 or takes is None:
+        if own not in self._settled or releases is None or len(releases.streams) != 1 or takes is None:
             return None, 0
         ((period, late),) = releases.streams
         return late + takes + self.known.chains.way(job[0]), period
