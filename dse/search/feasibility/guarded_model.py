@@ -16,9 +16,10 @@ from math import inf
 from ortools.sat.python import cp_model
 
 from dse.analysis.evaluate import Evaluator
-from dse.analysis.limits import Limit, Reading, build_limit
+from dse.analysis.limits import Limit, Reading, build_limit, judge
 from dse.analysis.measures import Measure
 from dse.analysis.validity import canonical
+from dse.analysis.views import View
 from dse.encode.linear import set_domain
 from dse.encode.model import Demands
 from dse.search.referee import refused
@@ -94,6 +95,8 @@ class Switchboard:
         encoded = self.demands.with_objective(measure)  # after all limits, so that it knows those on response times
         pairs = zip(self.evaluator.limits, self.demands.limits, strict=True)
         limits = [pair for number, pair in enumerate(pairs) if number in kept]
+        if measure is None:
+            encoded = replace(encoded, weigh=partial(self._weigh, [limit for limit, _ in (*limits, *more)]))
         self._switch(kept)
         ones = [1] * len(encoded.objectives)
         for _, guard in more:
@@ -117,6 +120,16 @@ class Switchboard:
         finally:
             for _, guard in more:
                 self._bound(guard, 0, 0)
+
+    def _weigh(self, limits: Sequence[Limit], design: Design) -> tuple[int, ...] | None:
+        """The objectives of a design that meets the limits, of which there are none; None for other designs.
+
+        Response times in a solution may be too low: that those of demands which are switched off are does not matter.
+        """
+        if self.structure.invalid(design):
+            return None
+        view = View(design)
+        return () if all(judge(limit, view).holds for limit in limits) else None
 
     def _switch(self, kept: frozenset[int]) -> None:
         """Set the guards, and restrict fixed decisions to their options or free them."""

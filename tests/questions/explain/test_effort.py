@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import pytest
 
 from dse.answers.explanation import Demand
+from dse.encode.scheduling.contention import Contention
 from dse.questions.explain import explain
 from dse.questions.explain.explain import Explainer, Listener, Wishes, explain_asked
-from dse.questions.problem import Problem, loads
+from dse.questions.problem import Problem, load, loads
 from dse.search.feasibility import oracle
 from tests.helpers.conflicting import infeasible
 from tests.helpers.effort import FIRST, count
+from tests.helpers.support import PROBLEMS
 
 TEXT = """
 dse: 1
@@ -79,3 +82,19 @@ def test_models_of_their_own_find_the_same_conflicts(monkeypatch: pytest.MonkeyP
     monkeypatch.setattr(oracle.Oracle, "_apart", counting)
     assert [conflicts_of(problem) for problem in drawn] == shared
     assert apart > len(drawn)
+
+
+def test_response_times_of_demands_that_are_switched_off_are_not_learnt(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A design that meets what is asked is the answer, however low the solver has other response times."""
+    learnt = 0
+    own = Contention.raised
+
+    def counting(*arguments: Any) -> bool:
+        nonlocal learnt
+        learnt += 1
+        return own(*arguments)
+
+    monkeypatch.setattr(Contention, "raised", counting)
+    answering = oracle.Oracle(load(PROBLEMS / "inmark_can.yaml").ask(max_jitter="11.5 ms").space)
+    assert answering.find(frozenset()) is not None
+    assert learnt == 0
