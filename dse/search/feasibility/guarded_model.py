@@ -29,12 +29,15 @@ from dse.search.workers import heard
 from dse.space.model.space import Design, Space
 from dse.support.timelimit import OutOfTime
 
+ROUND = 1e-4
+"""Work, for each variable of the model, of a round in which it learns from a design that the analysis refuses."""
+
 
 @dataclass
 class TimeLeft:
     """The common end of several questions: `at` by the monotonic clock, None without a limit, or after `work`.
 
-    Work is deterministic time (`dse.search.solver.settings`).
+    Work is deterministic time (`dse.search.solver.settings`), and a `ROUND` for each design that the model learns from.
     """
 
     at: float | None
@@ -48,11 +51,12 @@ class TimeLeft:
     @contextmanager
     def worked(self, strategy: Strategy, most: float = inf) -> Iterator[None]:
         """A strategy at work with what is left, or with `most` of it; what it takes counts."""
-        strategy.most_work = min(most, self.work)
+        a_round = ROUND * (1 + len(strategy.encoded.model.proto.variables))
+        strategy.most_work, strategy.most_rounds = min(most, self.work), self.work / a_round
         try:
             yield
         finally:
-            self.work -= strategy.work
+            self.work -= strategy.work + a_round * strategy.rounds
 
 
 class Switchboard:

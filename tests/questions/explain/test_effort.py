@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -12,11 +13,11 @@ from dse.encode.scheduling.contention import Contention
 from dse.questions.explain import explain
 from dse.questions.explain.explain import Explainer, Listener, Wishes, explain_asked
 from dse.questions.problem import Problem, load, loads
-from dse.search.feasibility import oracle
+from dse.search.feasibility import guarded_model, oracle
 from tests.helpers.conflicting import infeasible
 from tests.helpers.effort import FIRST, count
-from tests.helpers.support import PROBLEMS
 
+INMARK_CAN = Path(__file__).parents[3] / "problems" / "inmark_can.yaml"
 TEXT = """
 dse: 1
 name: two that clash
@@ -95,6 +96,14 @@ def test_response_times_of_demands_that_are_switched_off_are_not_learnt(monkeypa
         return own(*arguments)
 
     monkeypatch.setattr(Contention, "raised", counting)
-    answering = oracle.Oracle(load(PROBLEMS / "inmark_can.yaml").ask(max_jitter="11.5 ms").space)
+    answering = oracle.Oracle(load(INMARK_CAN).ask(max_jitter="11.5 ms").space)
     assert answering.find(frozenset()) is not None
     assert learnt == 0
+
+
+def test_rounds_of_learning_are_work(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Weighing designs takes most of the time of a question that the solver hardly works at."""
+    asked = load(INMARK_CAN).ask(max_jitter="10.88 ms")
+    monkeypatch.setattr(guarded_model, "ROUND", 1.0)
+    found = explain_asked(asked, Wishes())
+    assert found.status == "infeasible" and found.exit_code == 5 and found.left_open
