@@ -7,6 +7,8 @@ from pathlib import Path
 import pytest
 
 import dse
+from dse.analysis.measures import all_metrics, build_measure
+from dse.analysis.views import View
 from dse.report.words.contention import bus_words
 from dse.support.errors import ProblemError
 
@@ -165,6 +167,13 @@ def test_one_message_to_several_receivers_is_one() -> None:
     text += "  other_flow: {path: [other, pdo, drive]}\n"
     assert metric(text, "latency of other_flow") == 190_000
     assert not dse.simulate(dse.loads(text), runs=4).contradictions
+
+
+def test_a_message_that_waits_for_nothing_among_few_threads_waits_in_the_whole_design() -> None:
+    """A figure with no thread counted is remembered first; the whole design has its own, as one that is asked alone."""
+    space = dse.loads(SYNC).space
+    sync = build_measure(space, next(item for item in all_metrics(space) if item.name == "jitter of sync_flow"))
+    assert sync.value(View((), ())) < sync.value(View(())) == 146_000
 
 
 def test_the_public_cars_bus() -> None:

@@ -197,7 +197,8 @@ def message_waits_ns(space: Space, number: int, view: View) -> Exact:
 
     Where only some threads are to count (`View.groups`) no message waits: that is never above what it waits for.
     """
-    if view.groups is not None or bus_of(space, number, view) is None:
+    knows = knowing(view)
+    if (knows is None and view.groups is not None) or bus_of(space, number, view) is None:
         return 0
     key = message_key(space, number, view)
     response: Any
@@ -206,8 +207,9 @@ def message_waits_ns(space: Space, number: int, view: View) -> Exact:
         response, alone = solution.ends[key], solution.system.stages[key].worst_ns
     else:
         alone = message_stage(space, key[0], view).worst_ns
-        knows = knowing(view)
         response = ABSENT if knows is None else knows.get(key, ABSENT)
+        if response is ABSENT and view.groups is not None:  # a memory of figures tells groups by this question
+            return 0
         if response is ABSENT:
             if ("waits", key) not in view.memo:
                 view.memo["waits", key] = _MESSAGES.recall(space, key[0], view, _message_end)

@@ -94,7 +94,7 @@ def command(
 
     Takes the options of `dse solve`; those about its front (--workers, --top, ...) change nothing. Each conflict is
     minimal, shown by a design for each member left out; each limit is exact. Without --time-limit and --all a hard
-    problem is explained for about 15 seconds of CPU time, and the page says what was left out. Exit code 0 when the
+    problem is explained for about 10 seconds of CPU time, and the page says what was left out. Exit code 0 when the
     problem is feasible, 4 when it is proved infeasible, 5 when something was left out.
     """
     if json_path == "-" and csv_path == "-":

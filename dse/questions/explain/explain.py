@@ -90,7 +90,7 @@ def explain(
         further options, such as ``"computer.type += Spectra"``: which of them mends it, and at what price.
     time_limit_s
         seconds of wall time; what was proved until then is returned, marked as not `complete`, and so it is after
-        Ctrl-C. What was not looked at is said. Without a limit and without `every`, what takes more than about 15
+        Ctrl-C. What was not looked at is said. Without a limit and without `every`, what takes more than about 10
         seconds of a processor once the problem is proved infeasible is not looked at either.
     seed
         of the solver. The set of all conflicts and every figure are independent of it.

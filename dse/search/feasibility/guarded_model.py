@@ -16,9 +16,10 @@ from math import inf
 from ortools.sat.python import cp_model
 
 from dse.analysis.evaluate import Evaluator
-from dse.analysis.limits import Limit, Reading, build_limit
+from dse.analysis.limits import Limit, Reading, build_limit, judge
 from dse.analysis.measures import Measure
 from dse.analysis.validity import canonical
+from dse.analysis.views import View
 from dse.encode.linear import set_domain
 from dse.encode.model import Demands
 from dse.search.referee import refused
@@ -28,12 +29,15 @@ from dse.search.workers import heard
 from dse.space.model.space import Design, Space
 from dse.support.timelimit import OutOfTime
 
+ROUND = 1e-4
+"""Work, for each variable of the model, of a round in which it learns from a design that the analysis refuses."""
+
 
 @dataclass
 class TimeLeft:
     """The common end of several questions: `at` by the monotonic clock, None without a limit, or after `work`.
 
-    Work is deterministic time (`dse.search.solver.settings`).
+    Work is deterministic time (`dse.search.solver.settings`), and a `ROUND` for each design that the model learns from.
     """
 
     at: float | None
@@ -47,11 +51,12 @@ class TimeLeft:
     @contextmanager
     def worked(self, strategy: Strategy, most: float = inf) -> Iterator[None]:
         """A strategy at work with what is left, or with `most` of it; what it takes counts."""
-        strategy.most_work = min(most, self.work)
+        a_round = ROUND * (1 + len(strategy.encoded.model.proto.variables))
+        strategy.most_work, strategy.most_rounds = min(most, self.work), self.work / a_round
         try:
             yield
         finally:
-            self.work -= strategy.work
+            self.work -= strategy.work + a_round * strategy.rounds
 
 
 class Switchboard:
@@ -94,6 +99,8 @@ class Switchboard:
         encoded = self.demands.with_objective(measure)  # after all limits, so that it knows those on response times
         pairs = zip(self.evaluator.limits, self.demands.limits, strict=True)
         limits = [pair for number, pair in enumerate(pairs) if number in kept]
+        if measure is None:
+            encoded = replace(encoded, weigh=partial(self._weigh, [limit for limit, _ in (*limits, *more)]))
         self._switch(kept)
         ones = [1] * len(encoded.objectives)
         for _, guard in more:
@@ -117,6 +124,16 @@ class Switchboard:
         finally:
             for _, guard in more:
                 self._bound(guard, 0, 0)
+
+    def _weigh(self, limits: Sequence[Limit], design: Design) -> tuple[int, ...] | None:
+        """The objectives of a design that meets the limits, of which there are none; None for other designs.
+
+        Response times in a solution may be too low: that those of demands which are switched off are does not matter.
+        """
+        if self.structure.invalid(design):
+            return None
+        view = View(design)
+        return () if all(judge(limit, view).holds for limit in limits) else None
 
     def _switch(self, kept: frozenset[int]) -> None:
         """Set the guards, and restrict fixed decisions to their options or free them."""

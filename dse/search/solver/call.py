@@ -45,6 +45,7 @@ class Call:
         self.encoded, self.seed, self.deadline = encoded, seed, deadline
         self.work = 0.0
         self.most_work = inf
+        self.rounds, self.most_rounds = 0, inf  # in which the model learnt from a solution that the analysis refused
         self.stopped = False
         self.weights: Sequence[int] | None = None  # of the objectives, in what is minimised
         self.within: tuple[int, ...] = ()  # the literals of the part that is asked about, ...
@@ -143,11 +144,12 @@ class Call:
     def out_of_time(self) -> bool:
         """Whether there is no time left, or the search was stopped.
 
-        By the monotonic clock, or because `most_work` was done.
+        By the monotonic clock, or because `most_work` or `most_rounds` was done.
         """
         return (
             self.stopped
             or self.work >= self.most_work
+            or self.rounds >= self.most_rounds
             or (self.deadline is not None and time.monotonic() >= self.deadline)
         )
 
@@ -276,6 +278,7 @@ class Call:
         known = len(self.encoded.model.proto.constraints)
         settled = self.encoded.settled(design, solver.value, is_best=False)
         has_learnt = len(self.encoded.model.proto.constraints) > known
+        self.rounds += has_learnt
         if settled is None and is_last and not has_learnt:
             settled = self._other(design, point) or self.encoded.settled(design, solver.value)
         if is_loose and has_learnt and settings.linearization_level and not settings.in_order:

@@ -3,17 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
 
 import pytest
 
 from dse.answers.explanation import Demand
+from dse.encode.scheduling.contention import Contention
 from dse.questions.explain import explain
 from dse.questions.explain.explain import Explainer, Listener, Wishes, explain_asked
-from dse.questions.problem import Problem, loads
-from dse.search.feasibility import oracle
+from dse.questions.problem import Problem, load, loads
+from dse.search.feasibility import guarded_model, oracle
 from tests.helpers.conflicting import infeasible
 from tests.helpers.effort import FIRST, count
 
+INMARK_CAN = Path(__file__).parents[3] / "problems" / "inmark_can.yaml"
 TEXT = """
 dse: 1
 name: two that clash
@@ -79,3 +83,27 @@ def test_models_of_their_own_find_the_same_conflicts(monkeypatch: pytest.MonkeyP
     monkeypatch.setattr(oracle.Oracle, "_apart", counting)
     assert [conflicts_of(problem) for problem in drawn] == shared
     assert apart > len(drawn)
+
+
+def test_response_times_of_demands_that_are_switched_off_are_not_learnt(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A design that meets what is asked is the answer, however low the solver has other response times."""
+    learnt = 0
+    own = Contention.raised
+
+    def counting(*arguments: Any) -> bool:
+        nonlocal learnt
+        learnt += 1
+        return own(*arguments)
+
+    monkeypatch.setattr(Contention, "raised", counting)
+    answering = oracle.Oracle(load(INMARK_CAN).ask(max_jitter="11.5 ms").space)
+    assert answering.find(frozenset()) is not None
+    assert learnt == 0
+
+
+def test_rounds_of_learning_are_work(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Weighing designs takes most of the time of a question that the solver hardly works at."""
+    asked = load(INMARK_CAN).ask(max_jitter="10.88 ms")
+    monkeypatch.setattr(guarded_model, "ROUND", 1.0)
+    found = explain_asked(asked, Wishes())
+    assert found.status == "infeasible" and found.exit_code == 5 and found.left_open
