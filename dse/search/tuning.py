@@ -79,19 +79,6 @@ class Subspaces:
 
 
 @dataclass(frozen=True)
-class BrieflyWhole:
-    """A question about full cores is asked briefly as a whole before each subspace is read as a model of its own."""
-
-    is_on: bool = True
-    fewest: int = 12
-    """The least number of subspaces."""
-    way: Way = (BARE, 0.02)
-    """Settings and work of the attempt."""
-    most_missed: int = 2
-    """After as many misses in a row no further question is asked as a whole."""
-
-
-@dataclass(frozen=True)
 class ValueGrid:
     """Bounds are rounded to values that the minimised sum can have in a subspace (`dse.search.solver.value_grid`)."""
 
@@ -235,7 +222,6 @@ class Tuning:
     model: ModelTuning = MODEL
     portfolio: Portfolio = Portfolio()
     subspaces: Subspaces = Subspaces()
-    briefly_whole: BrieflyWhole = BrieflyWhole()
     value_grid: ValueGrid = ValueGrid()
     knapsack_tables: KnapsackTables = KnapsackTables()
     lowest_first: LowestFirst = LowestFirst()

@@ -21,7 +21,7 @@ from dse.search.solver.large_neighbourhood import packed, roomier
 from dse.search.solver.pooled_cores import PoolMemory
 from dse.search.solver.portfolio import Attempt, Portfolio
 from dse.search.solver.settings import WAYS, WAYS_WITH_WAITING, SolverSettings
-from dse.search.solver.subspaces import AllSubspaces, Apart, Subspace, as_a_whole
+from dse.search.solver.subspaces import AllSubspaces, Apart, Subspace
 from dse.search.solver.value_grid import EVERY, weighted_grid
 from dse.search.solver_answer import Answer, Found, NoSuchDesign, Unfinished, weighted
 from dse.search.tuning import Tuning
@@ -63,7 +63,7 @@ class Strategy(Call):
             self._whole = portfolios.setdefault((tuple(self._ways), len(self.parts) == 1), self._whole)
         self._asked = Portfolio([settings.least_work(encoded.model) for settings in WAYS], tuning.portfolio)
         self.relaxed_first: set[int] = set()  # numbers of parts
-        self.missed_briefly: Counter[int] = Counter()  # how often in a row, by number of part, or `WHOLE`
+        self.missed_briefly: Counter[int] = Counter()  # how often in a row, by number of part
         self.pools = PoolMemory()
         self.narrowing = Narrowing(tuning.bounding.first, tuning.bounding.quick)
         self.packings: set[Design] = set()  # what was tried on other cores (`dse.search.solver.large_neighbourhood`)
@@ -107,8 +107,6 @@ class Strategy(Call):
         most = [max(bounds) - 1 for bounds in zip(*regions, strict=True)]
         assert weighted(weights, most) < EXACT_LIMIT, "weights leave exact arithmetic"
         self.hint(hint)
-        if self._rows() and (answer := as_a_whole(self, regions)) is not None:
-            return answer
         attempts: list[Attempt] = [partial(self.solve_in, regions, settings) for settings in self._ways]
         if len(self.parts) > 1:
             attempts[1:] = [Apart(self, weights, regions).attempt]
