@@ -136,7 +136,7 @@ class PooledCores:
 class LeastUsed:
     """An optimum whose threads fit on no cores is exchanged for a design with its objectives that uses them less.
 
-    See `dse.search.solver.large_neighbourhood`.
+    See `dse.search.solver.repair`.
     """
 
     is_on: bool = True
@@ -151,22 +151,6 @@ class OtherCores:
     is_on: bool = True
     most: int = 32
     """The greatest number of refused designs that are tried."""
-
-
-@dataclass(frozen=True)
-class Improving:
-    """Where threads wait, a known design is made better by other options for the threads of a few cores at a time.
-
-    A large-neighbourhood search (`dse.search.solver.large_neighbourhood`, decision record 9).
-    """
-
-    is_on: bool = True
-    work: tuple[tuple[int, float], ...] = ((2, 0.15), (3, 0.45))
-    """The number of cores whose threads are free, and the work for each choice of cores."""
-    most_work: float = 5.0
-    """Work near one design, reading the model for each choice of cores included."""
-    most_moves: int = 20
-    """The greatest number of calls for one choice of cores, each of which ends with a lesson or an answer."""
 
 
 @dataclass(frozen=True)
@@ -229,7 +213,6 @@ class Tuning:
     least_used: LeastUsed = LeastUsed()
     other_cores: OtherCores = OtherCores()
     bounding: Bounding = Bounding()
-    improving: Improving = Improving()
     first_designs: FirstDesigns = FirstDesigns()
 
 

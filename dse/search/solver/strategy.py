@@ -17,9 +17,9 @@ from dse.encode.model import EncodedSpace
 from dse.search.regions import Bound, held
 from dse.search.solver.bounding import Narrowing, lowest, narrowed
 from dse.search.solver.call import Call
-from dse.search.solver.large_neighbourhood import packed, roomier
 from dse.search.solver.pooled_cores import PoolMemory
 from dse.search.solver.portfolio import Attempt, Portfolio
+from dse.search.solver.repair import packed, roomier
 from dse.search.solver.settings import WAYS, WAYS_WITH_WAITING, SolverSettings
 from dse.search.solver.subspaces import AllSubspaces, Apart, Subspace
 from dse.search.solver.value_grid import EVERY, weighted_grid
@@ -66,7 +66,7 @@ class Strategy(Call):
         self.missed_briefly: Counter[int] = Counter()  # how often in a row, by number of part
         self.pools = PoolMemory()
         self.narrowing = Narrowing(tuning.bounding.first, tuning.bounding.quick)
-        self.packings: set[Design] = set()  # what was tried on other cores (`dse.search.solver.large_neighbourhood`)
+        self.packings: set[Design] = set()  # what was tried on other cores (`dse.search.solver.repair`)
 
     @property
     def most_regions(self) -> int:
@@ -156,13 +156,13 @@ class Strategy(Call):
         regions = part.open(regions)
         if not regions or (best is not None and not any(weights)):
             return NoSuchDesign()
-        self.within, self.start = part.literals, best
+        self.within = part.literals
         self._ceiling = better_than = None if best is None else weighted(weights, best.point)
         self._restrict(regions, part.floor(regions))
         try:
             answer = self.run_within(part, *way, least=least)
         finally:
-            self._ceiling, self.within, self.start = None, (), None
+            self._ceiling, self.within = None, ()
         part.learn(answer, weights, regions, better_than)
         return answer
 
