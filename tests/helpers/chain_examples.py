@@ -114,3 +114,20 @@ threads:
 connections: {ab: {from: a, to: b}, bc: {from: b, to: c}}
 flows: {f: {path: [t]}}
 """
+PILED = """
+threads:
+  r: {processor: p, core: 1, priority: 3, period: 5 ms, compute_execution_time: 3 ms}
+  t: {processor: p, core: 1, priority: 1, period: 13 ms, compute_execution_time: 1 ms}
+  k: {processor: p, core: 1, priority: 2, dispatch_protocol: aperiodic, compute_execution_time: 4 ms}
+connections: {tk: {from: t, to: k, latency: 4 ms}}
+flows: {f: {path: [t]}}
+"""
+BESIDE = """
+devices: {d: {period: 8 ms, latency: 0 ms .. 7 ms}}
+threads:
+  a: {processor: p, core: 1, priority: 3, dispatch_protocol: aperiodic, compute_execution_time: 0 ms .. 2 ms}
+  b: {processor: p, core: 1, priority: 1, dispatch_protocol: aperiodic, compute_execution_time: 2 ms}
+  c: {processor: p, core: 1, priority: 3, dispatch_protocol: aperiodic, compute_execution_time: 1 ms}
+connections: {da: {from: d, to: a}, ab: {from: a, to: b}, bc: {from: b, to: c}}
+flows: {f: {path: [a]}}
+"""

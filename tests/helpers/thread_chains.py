@@ -16,13 +16,15 @@ from tests.helpers.thread_executors import LATE, MOST_MS, Chains
 class Comes(NamedTuple):
     """Jobs every so often, up to so late, in a busy window `most` of them.
 
-    Until the end of a job of the window no more than so many `behind` it, and one for each job before that one.
+    Until the end of a job of the window no more than so many `behind` it, and one for each job before that one; and
+    one every period from `reach` before the release of that job on.
     """
 
     period: int
     late: int
     most: int | None = None
     behind: int | None = None
+    reach: int | None = None
 
     @property
     def has_limit(self) -> bool:
@@ -37,13 +39,25 @@ class Stream(NamedTuple):
     comes: Comes
     is_over: bool = False
 
-    def came(self, end: int, ended: int) -> int:
-        """The work of the jobs that are released in [0, end), of which so many of the window have ended before."""
+    def looks(self, ended: int, since: int) -> list[int]:
+        """The releases of a job of the window, behind one, from which on one more job may come."""
+        if self.comes.behind is None or self.comes.reach is None:
+            return []
+        ways = [number * self.comes.period - self.comes.reach for number in range(1, ended + self.comes.behind + 1)]
+        return [each for each in ways if each > since]
+
+    def came(self, end: int, ended: int, release: int | None) -> int:
+        """The work of the jobs in [0, end), until the end of a job of the window that has such a release, if any.
+
+        So many jobs of the window have ended before.
+        """
         count = max(0, -(-(end + self.comes.late) // self.comes.period))
         if self.comes.most is not None:
             count = min(count, self.comes.most)
         if self.comes.behind is not None:
             count = min(count, ended + self.comes.behind)
+        if self.comes.reach is not None and release is not None:
+            count = min(count, (release + self.comes.reach) // self.comes.period)
         return count * self.work
 
     def soonest(self, job: int) -> int:
@@ -64,23 +78,25 @@ def longest(own: Stream, rivals: Sequence[Stream], blocked: int, *, own_over: bo
     if load > 1 or latest >= LATE // 2 or (load == 1 and latest):
         return LATE
 
-    def ends(job: int, ended: int, since: int) -> int:
-        end = max(since, 1)
-        while (need := blocked + job * own.work + sum(each.came(end, ended) for each in rivals)) > end:
+    def ends(job: int, ended: int, release: int | None = None) -> int:
+        end = 1
+        while (need := blocked + job * own.work + sum(each.came(end, ended, release) for each in rivals)) > end:
             end = need
             if end > MOST_MS:
                 return LATE
         return end
 
-    found = end = 0
+    found = 0
     for job in count(1):
-        end = ends(job, job - 1, end)
-        if end == LATE:
+        soonest, latest = own.soonest(job), ends(job, job - 1)
+        if latest == LATE:
             return LATE
-        ran = (job - 1) * own.work if own_over else 0
-        ran += sum(each.came(end, job - 1) for each in rivals if each.is_over) if own_over else 0
-        found = max(found, end - max(counted.soonest(job), ran))
-        if ends(job, job, end) <= own.soonest(job + 1) or (load == 1 and end > MOST_MS // 2):
+        for release in {soonest, *(at for each in rivals for at in each.looks(job - 1, soonest) if at < latest)}:
+            end = ends(job, job - 1, release)
+            ran = (job - 1) * own.work if own_over else 0
+            ran += sum(each.came(end, job - 1, release) for each in rivals if each.is_over) if own_over else 0
+            found = max(found, end - max(release, counted.soonest(job), ran))
+        if ends(job, job) <= own.soonest(job + 1) or (load == 1 and latest > MOST_MS // 2):
             return found  # where there is as much work as time, all jobs of the hyperperiod before are as late
     raise AssertionError
 
@@ -160,27 +176,31 @@ class OnCore:
             and chains.never_together(item, number)
         ]
 
-    def comes(self, item: int, level: int, chains: Chains, *, last: int | None = None, is_own: bool = False) -> Comes:
-        """How often a thread comes in a busy window of another one that ends with the `last` of its threads.
+    def comes(self, item: int, level: int, chains: Chains, *, ends: Row = (), is_own: bool = False) -> Comes:
+        """How often a thread comes in a busy window of another one, or of threads in a row, that `ends` with these.
 
         Behind one that does not run in such a window it comes as often as it may be on its way from there, behind the
         last one that often, and once for each job of that, behind another one that does no more often than that one.
         What `is_own`, the first of the window, comes once or as ever.
         """
         found = Comes(self.period[item], chains.jitter[item])
-        limits, behind = list[int](), list[int]()
+        limits, behind, reach = list[int](), list[int](), list[int]()
         for before in self._all_before(item, level):
             by, earlier = self._on_way(before, item, chains)
             if self.levels[before] > self.levels[level] and by is not None and (by == 1 or not is_own):
                 limits.append(by)
-            if before == last and earlier is not None:
+            if before in ends[-1:] and earlier is not None:
                 behind.append(earlier)
+                if self.is_settled[ends[0]]:
+                    chain = self.chain(item)
+                    reach.append(chains.jitter[ends[0]] + chains.least(chain[chain.index(ends[0]) : -1]))
         sender = self._before(item, level)
         if sender is not None and self.levels[sender] <= self.levels[level]:
-            found = self.comes(sender, level, chains, last=last, is_own=is_own)
+            found = self.comes(sender, level, chains, ends=ends, is_own=is_own)
             limits += [] if found.most is None else [found.most]
             behind += [] if found.behind is None else [found.behind]
-        return found._replace(most=min(limits, default=None), behind=min(behind, default=None))
+            reach += [] if found.reach is None else [found.reach]
+        return Comes(found.period, found.late, *(min(each, default=None) for each in (limits, behind, reach)))
 
     def _all_before(self, item: int, level: int) -> list[int]:
         """What comes before a thread in its chain, on its core, where all are settled as what the window is of."""
@@ -214,11 +234,9 @@ class OnCore:
             return before
         return self.head(before, level)
 
-    def cases(self, own: int, level: int, last: int, chains: Chains) -> list[list[Comes]]:
-        """What all threads do in each kind of busy window: behind none of the less urgent threads, or behind one.
-
-        Its own jobs end with those of the `last` of its threads.
-        """
+    def cases(self, row: Row, level: int, chains: Chains) -> list[list[Comes]]:
+        """What all threads do in each kind of busy window of a row: behind no less urgent thread, or behind one."""
+        own = row[0]
         numbers = range(len(self.cost))
         heads = [
             self.head(item, level) if self.cores[item] == self.cores[level] and self.levels[item] <= self.levels[level]
@@ -228,7 +246,7 @@ class OnCore:
         begins = [None, *{head for head in heads if head is not None}] if mine is None else [mine]
         found = []
         for begin in begins:
-            comes = [self._comes_late(item, level, last, begin, chains) for item in numbers]
+            comes = [self._comes_late(item, level, row, begin, chains) for item in numbers]
             absent = [head not in (None, begin) for head in heads]
             comes = [
                 each._replace(most=0) if is_absent else each for is_absent, each in zip(absent, comes, strict=True)
@@ -237,9 +255,9 @@ class OnCore:
             found.append(comes)
         return found
 
-    def _comes_late(self, item: int, level: int, last: int, begin: int | None, chains: Chains) -> Comes:
+    def _comes_late(self, item: int, level: int, row: Row, begin: int | None, chains: Chains) -> Comes:
         """How a rival comes in windows that begin as a thread ends: one that is before that in its chain, later."""
-        comes = self.comes(item, level, chains, last=last)
+        comes = self.comes(item, level, chains, ends=row)
         before = [] if begin is None else self.chain(begin)
         if item not in before[:-1]:
             return comes
@@ -273,7 +291,7 @@ class OnCore:
         rivals, first, blocked = given
         over = self.over(number, chains)
         found = []
-        for comes in self.cases(number, number, number, chains):
+        for comes in self.cases((number,), number, chains):
             own = Stream(self.cost[number], comes[number])
             every = [Stream(self.cost[item], comes[item], item in over) for item in rivals]
             found.append(longest(own, [*every, *first], blocked, own_over=bool(over), counted=counted or own))
@@ -288,7 +306,7 @@ class OnCore:
         over = [item for item in rivals if has_ended and self._is_over(item, row, chains)]
         in_turn = 0 if has_ended else self._in_turn(row)
         found = []
-        for comes in self.cases(row[0], level, row[-1], chains):
+        for comes in self.cases(row, level, chains):
             every = [Stream(self.cost[item], comes[item], item in over) for item in rivals] + first
             own = Stream(sum(self.cost[item] for item in row[in_turn:]), comes[row[0]])
             every += [Stream(self.cost[item], comes[row[0]]) for item in row[:in_turn]]

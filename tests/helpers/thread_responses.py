@@ -94,7 +94,7 @@ class Settled:
         return rivals, before, max(sections, default=0)
 
     def _response(self, number: int, chains: Chains) -> int:
-        cases = self.chains.cases(number, number, number, chains)
+        cases = self.chains.cases((number,), number, chains)
         here = [number, *self._rivals([number])[0]]
         if self.chains.over(number, chains) or any(comes[item].has_limit for comes in cases for item in here):
             return self.chains.single(number, chains, self._rivals([number]))

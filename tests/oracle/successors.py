@@ -25,15 +25,40 @@ MOST_ON_WAY = 16
 """No more jobs than so many are counted on a way by how long the thread before it takes."""
 
 
+class Behind(NamedTuple):
+    """How often jobs come that the last thread of a window releases, by way of what is between.
+
+    No more than `besides`, and once for each job of the window that has ended before; and, where each job comes within
+    `reach` of the earliest time at which that of the window which sends it may be released, one every `period`.
+    """
+
+    besides: int
+    reach: Fraction | None = None
+    period: int = 0
+
+    def most(self, ended: int, release: Fraction | None) -> int:
+        """How many come until the end of a job of the window, released so long after that began; None of any."""
+        whole = ended + self.besides
+        if release is None or self.reach is None:
+            return whole
+        return min(whole, int((release + self.reach) // self.period))
+
+    def looks(self, ended: int, since: Fraction) -> Iterator[Fraction]:
+        """The releases behind one from which on one more job may come."""
+        if self.reach is not None:
+            for number in range(self.most(ended, since) + 1, ended + self.besides + 1):
+                yield number * self.period - self.reach
+
+
 class Case(NamedTuple):
     """When jobs come in one kind of window: its own, and those that go first; None of one late without a bound.
 
-    Of those `behind` its last thread come no more than so many, and one for each of its own jobs that has ended.
+    Those `behind` its last thread come no more often than that lets them.
     """
 
     own: Releases | None
     rivals: Mapping[Job, Releases | None]
-    behind: Mapping[Job, int]
+    behind: Mapping[Job, Behind]
 
     @property
     def has_limits(self) -> bool:
@@ -148,14 +173,29 @@ class Successors:
             return found
         return Releases((), most=min(most)) if found is None else replace(found, most=min(most))
 
-    def _behind(self, job: Job, level: Job, last: Job) -> int | None:
-        """How many jobs come besides those that the last thread of a window releases; None of what it does not."""
-        senders = self._senders(job, level)
-        found = [self.on_way(last, job).before] if last in senders and last in self._settled else []
+    def _behind(self, job: Job, level: Job, own: Job, last: Job) -> Behind | None:
+        """How often jobs come that the last thread of a window releases; None of what it does not."""
+        found: list[Behind] = []
+        if last in self._senders(job, level):
+            besides = self.on_way(last, job).before
+            found += [] if besides is None else [Behind(besides, *self._reach(job, own))]
         sender = self._at_once_behind(job, level)
         if sender is not None and sender != last and self._runs(sender, level):
-            found.append(self._behind(sender, level, last))
-        return min((each for each in found if each is not None), default=None)
+            up = self._behind(sender, level, own, last)
+            found += [] if up is None else [up]
+        if not found:
+            return None
+        reach = min((each.reach for each in found if each.reach is not None), default=None)
+        return Behind(min(each.besides for each in found), reach, max(each.period for each in found))
+
+    def _reach(self, job: Job, own: Job) -> tuple[Fraction | None, int]:
+        """How long after the first of a window may be released at the earliest what it sends comes, and its period."""
+        releases, chain = self.known.releases(own), self.known.chains.chain(job[0])
+        takes = self.known.windows.bound(chain[chain.index(own[0]) : -1])
+        if own not in self._settled or releases is None or len(releases.streams) != 1 or takes is None:
+            return None, 0
+        ((period, late),) = releases.streams
+        return late + takes + self.known.chains.way(job[0]), period
 
     def head(self, job: Job, level: Job) -> Job | None:
         """The less urgent thread behind which a job comes at once, by itself or by what is between; None without."""
@@ -174,7 +214,7 @@ class Successors:
         Its own jobs end with those of the `last` of its threads.
         """
         heads = {job: self.head(job, level) for job in rivals}
-        behind = {job: number for job in rivals if (number := self._behind(job, level, last)) is not None}
+        behind = {job: found for job in rivals if (found := self._behind(job, level, own, last)) is not None}
         mine = self.head(own, level)
         begins: list[Job | None] = [None, *dict.fromkeys(head for head in heads.values() if head is not None)]
         for begin in begins if mine is None else [mine]:

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, NamedTuple, TypeAlias
 
 from .pieces import distance
 from .stretches import MOST_PLAYED, Releases, has_no_end, kept_apart
-from .successors import Case, Successors
+from .successors import Behind, Case, Successors
 
 if TYPE_CHECKING:
     from .scheduling import Job, Scheduling
@@ -27,13 +27,13 @@ Row: TypeAlias = tuple[str, ...]
 class Rival(NamedTuple):
     """What goes first: when its jobs come, how long each takes, and whether they are over.
 
-    Until the end of a job of the window come no more than so many `behind` it, and one for each job before that one.
+    Those `behind` the window itself come no more often than that lets them.
     """
 
     releases: Releases
     work: Fraction
     is_over: bool = False
-    behind: int | None = None
+    behind: Behind | None = None
 
 
 class Windows:
@@ -286,18 +286,22 @@ class Windows:
     def _dense(self, releases: Releases) -> Dense:
         return self._times.setdefault(releases, Dense(releases))
 
-    def _came_of(self, rival: Rival, end: Fraction, ended: int | None) -> int:
-        """Jobs of a rival in [0, end), of which so many jobs of the window have `ended` before."""
+    def _came_of(self, rival: Rival, end: Fraction, ended: int | None, release: Fraction | None) -> int:
+        """Jobs of a rival in [0, end), until the end of a job with such a release; so many had `ended` before."""
         count = self._came(rival.releases, end)
-        return count if rival.behind is None or ended is None else min(count, ended + rival.behind)
+        return count if rival.behind is None or ended is None else min(count, rival.behind.most(ended, release))
 
     def _least(
-        self, work: Fraction, rivals: Sequence[Rival], since: Fraction = Fraction(0), ended: int | None = None
+        self,
+        work: Fraction,
+        rivals: Sequence[Rival],
+        ended: int | None = None,
+        release: Fraction | None = None,
     ) -> Fraction | None:
-        """The first time, not before `since`, at which so much work is done, and all of rivals that has come."""
-        now = max(work, since)
+        """The first time at which so much work is done, and all of rivals that has come."""
+        now = work
         for _ in range(MOST_PLAYED):
-            need = work + sum(each.work * self._came_of(each, now, ended) for each in rivals)
+            need = work + sum(each.work * self._came_of(each, now, ended, release) for each in rivals)
             if need <= now:
                 return now
             now = need
@@ -321,22 +325,25 @@ class Windows:
         every = [(own, work), *((each.releases, each.work) for each in rivals)]
         if has_no_end(every, 1 if begun + tail else 0):
             return None
-        found = last = Fraction(0)
+        found = Fraction(0)
         last_job = self._last_job(own, every)
         for job in count(1):
-            now = self._least(begun + tail + job * work, rivals, last, job - 1)
-            if now is None:
+            need, soonest = begun + tail + job * work, self._dense(own).at(job - 1)
+            latest, release = self._least(need, rivals, job - 1), self._dense(counted).at(job - 1)
+            assert soonest is not None and release is not None
+            if latest is None:
                 return None
-            last = now
-            past = Fraction(0)
-            if ends:
-                past = tail + (job - 1) * work
-                past += sum(each.work * self._came_of(each, now, job - 1) for each in rivals if each.is_over)
-            release = self._dense(counted).at(job - 1)
-            assert release is not None
-            found = max(found, now - max(release, past))
+            looks = {at for each in rivals if each.behind for at in each.behind.looks(job - 1, soonest) if at < latest}
+            for at in (soonest, *looks):
+                now = self._least(need, rivals, job - 1, at)
+                assert now is not None  # it is no later than the latest
+                past = Fraction(0)
+                if ends:
+                    past = tail + (job - 1) * work
+                    past += sum(each.work * self._came_of(each, now, job - 1, at) for each in rivals if each.is_over)
+                found = max(found, now - max(at, release, past))
             following = self._dense(own).at(job)
-            all_done = self._least(begun + tail + job * work, rivals, last, job)
+            all_done = self._least(need, rivals, job)
             if following is None or job == last_job or (all_done is not None and all_done <= following):
                 return found
         raise AssertionError

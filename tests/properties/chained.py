@@ -3,7 +3,8 @@
 Jitter is mostly as long as a period or longer, and busy periods have several jobs: threads take almost no time at
 least, behind devices that do so, too. Chains fork, and meet where any input releases a thread; on their way are cores,
 connections that take time, buses that messages wait for, threads that keep a distance, executors, segments, stated
-response times, threads without a processor, and timers, some of which let data pass at their deadline.
+response times, threads without a processor, and timers, some of which let data pass at their deadline. In every other
+problem a chain goes away from a core, and returns to it with more urgent threads than it left.
 """
 
 from __future__ import annotations
@@ -33,8 +34,11 @@ def draw(seed: int) -> str:
     }  # fmt: skip
     for number in range(rng.choice((1, 1, 2))):
         document["devices"][f"d{number}"] = _device(rng)
-    _add_threads(rng, document)
-    _gather(rng, document)
+    if seed % 2:
+        _add_return(rng, document)
+    else:
+        _add_threads(rng, document)
+        _gather(rng, document)
     _pin(rng, document)
     _add_flows(rng, document)
     timed = [name for name, body in document["threads"].items() if "processor" in body or "executor" in body]
@@ -86,6 +90,39 @@ def _add_threads(rng: random.Random, document: dict[str, Any]) -> None:
         for each in before:
             way = _way(rng, threads.get(each, {}))
             document["connections"][f"{each}{name}"] = {"from": each, "to": name, **way}
+
+
+def _add_return(rng: random.Random, document: dict[str, Any]) -> None:
+    """A chain with an urgent thread behind a less urgent one of its core, mostly by way of what takes long elsewhere.
+
+    Timers of that core go between, and first.
+    """
+    period = rng.choice(PERIODS[2:])
+    document["processors"] = {name: {"type": "cpu"} for name in ("p", "q")}
+    document["devices"] = {"d0": _device(rng) | {"period": f"{period} ms"}} if rng.random() < 0.6 else {}
+    between = rng.choice(("q", "q", "way", "both", "none"))
+    urgent = [("p", rng.choice((3, 4)), period) for _ in range(rng.choice((1, 1, 2)))]
+    chain = [("p", rng.randint(1, 4), period)] if rng.random() < 0.3 else []
+    chain += [("p", 1, period), *([("q", 1, period)] if between in ("q", "both") else []), *urgent]
+    beside = [("p", 2, rng.choice(PERIODS[2:])) for _ in range(rng.choice((0, 1, 1)))]
+    beside += [("p", rng.choice((3, 4, 5)), rng.choice(PERIODS)) for _ in range(rng.choice((0, 1, 1)))]
+    count = sum(place == "p" for place, _, _ in chain + beside)
+    share = rng.choice((0.4, 0.6, 0.8, 0.9))
+    before = next(iter(document["devices"]), None)
+    for number, (place, priority, often) in enumerate(chain + beside):
+        used = share * rng.uniform(0.5, 1.3) / count if place == "p" else rng.uniform(0.3, 0.95)
+        most = round(1_000 * often * used)
+        least = rng.choice((0, most // 10, most // 2, most))
+        name, body = f"t{number}", {"processor": place, "priority": str(priority)}
+        if number >= len(chain) or before is None:
+            body["period"] = f"{often} ms"
+        else:
+            body["dispatch_protocol"] = "aperiodic"
+            is_long = number == len(chain) - len(urgent) and between in ("way", "both")
+            way = {"latency": f"0 us .. {rng.randint(1, 1_000 * period)} us"} if is_long else {}
+            document["connections"][f"{before}{name}"] = {"from": before, "to": name, **way}
+        document["threads"][name] = body | {"compute_execution_time": f"{least} us .. {most} us"}
+        before = name
 
 
 def _way(rng: random.Random, sender: dict[str, Any]) -> dict[str, Any]:

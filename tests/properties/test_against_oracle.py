@@ -65,10 +65,25 @@ def test_lags_of_drawn_chains_are_mostly_no_response_times() -> None:
 
 
 def test_some_threads_of_drawn_chains_come_less_often_behind_one_on_their_core() -> None:
-    """In three of twenty problems a thread comes less often than its streams say in a busy window, its own or not."""
+    """In half of the problems a thread comes less often than its streams say in a busy window, its own or not.
+
+    In three of ten a chain is back on a core where it may have begun again by then.
+    """
     pairs = [Pair(chained.draw(seed)) for seed in range(20)]
     designs = [Reading(pair.oracle, pair.valid[0].named).scheduling for pair in pairs]
-    assert sum(map(_has_fewer_jobs, designs)) >= 3
+    assert sum(map(_has_fewer_jobs, designs)) >= 10
+    assert sum(map(_comes_back_late, designs)) >= 6
+
+
+def _comes_back_late(known: Scheduling) -> bool:
+    core = {job[0]: known.core(job) for job in known.jobs if job[1] == "timer"}
+    for name, here in core.items():
+        chain = known.chains.chain(name)
+        for place, before in enumerate(chain[:-1]):
+            has_bound = known.windows.bound(chain[place:]) is not None
+            if core.get(before) == here and has_bound and not known.chains.ends_before(before, name):
+                return True
+    return False
 
 
 def _has_fewer_jobs(known: Scheduling) -> bool:

@@ -19,6 +19,7 @@ from dse.space.model.space import Space
 from tests.helpers.chain_examples import (
     AGAIN,
     AWAY,
+    BESIDE,
     EARLY,
     FORK,
     FOUR,
@@ -26,6 +27,7 @@ from tests.helpers.chain_examples import (
     IN_TURN,
     JOIN,
     MEETING,
+    PILED,
     SELDOM,
     THROUGH,
     TURNS,
@@ -52,6 +54,8 @@ def latencies(space: Space, view: View) -> dict[str, Fraction]:
         (FORK, 5),  # c is beside the chain and goes before b
         (MEETING, 8),  # b comes behind jobs of a only: 3 + 5 ms, and 3 + 5 + 3 + 5 ms until the second one ends
         (THROUGH, 12),  # one job of c is on its way behind a when t is released
+        (PILED, 24),  # a job of t that is released later meets more jobs of k; 14 can be seen
+        (BESIDE, 4),  # c comes once behind b, which is less urgent than a, though it comes behind a, too
         (JOIN, 36),  # y comes up to 35 ms after a was released
     ],
 )

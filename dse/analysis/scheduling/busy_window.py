@@ -200,7 +200,8 @@ def in_window_of(tasks: Iterable[Task], earlier: int, released_ns: Exact | None 
 def _in_window_of(task: Task, earlier: int, released_ns: Exact | None) -> Task:
     assert task.behind is not None
     most = task.behind.most(earlier, released_ns)
-    return replace(task, most=most if task.most is None else min(task.most, most), behind=None)
+    known = task.most if task.streams or task.most is not None else 1
+    return replace(task, most=most if known is None else min(known, most), behind=None)
 
 
 def densest_releases_ns(task: Task) -> Iterator[Exact]:

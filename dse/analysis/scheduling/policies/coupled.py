@@ -1,11 +1,13 @@
 """Threads that others on their core release: how often they come in a busy window of some priority.
 
-From the beginning of a busy window until its end the core runs what is at least as urgent, and nothing else. A thread
-whose predecessor there is less urgent than that comes once at most in the window: its predecessor ends no job
-meanwhile. One that is released at once by a predecessor as urgent comes no more often than that: what this had released
-before has ended. When the window begins one less urgent thread at most has just ended, or has a section that nothing
-interrupts: what others of these release at once does not come. In that case what comes before that thread in its chain
-comes later than it may come otherwise (docs/semantics.md, section 4.9).
+From the beginning of a busy window until its end the core runs what is at least as urgent, and nothing else. Of a
+thread that comes behind a less urgent one of the core in its chain, whatever is between, only those jobs come in the
+window that are on their way when it begins: the less urgent thread ends no job meanwhile. Behind the thread itself
+whose window it is come those on their way, and one for each earlier job. One that is released at once by a predecessor
+as urgent comes no more often than that: what this had released before has ended. When the window begins one less
+urgent thread at most has just ended, or has a section that nothing interrupts: what others of these release at once
+does not come. In that case what comes before that thread in its chain comes later than it may come otherwise
+(docs/semantics.md, section 4.9).
 
 That is counted where the file states cores and priorities. Where they are decisions a thread that joins a core would
 make bounds less, and what is learnt of few threads would not hold of more.
