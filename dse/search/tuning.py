@@ -79,19 +79,6 @@ class Subspaces:
 
 
 @dataclass(frozen=True)
-class BrieflyWhole:
-    """A question about full cores is asked briefly as a whole before each subspace is read as a model of its own."""
-
-    is_on: bool = True
-    fewest: int = 12
-    """The least number of subspaces."""
-    way: Way = (BARE, 0.02)
-    """Settings and work of the attempt."""
-    most_missed: int = 2
-    """After as many misses in a row no further question is asked as a whole."""
-
-
-@dataclass(frozen=True)
 class ValueGrid:
     """Bounds are rounded to values that the minimised sum can have in a subspace (`dse.search.solver.value_grid`)."""
 
@@ -149,7 +136,7 @@ class PooledCores:
 class LeastUsed:
     """An optimum whose threads fit on no cores is exchanged for a design with its objectives that uses them less.
 
-    See `dse.search.solver.large_neighbourhood`.
+    See `dse.search.solver.repair`.
     """
 
     is_on: bool = True
@@ -164,22 +151,6 @@ class OtherCores:
     is_on: bool = True
     most: int = 32
     """The greatest number of refused designs that are tried."""
-
-
-@dataclass(frozen=True)
-class Improving:
-    """Where threads wait, a known design is made better by other options for the threads of a few cores at a time.
-
-    A large-neighbourhood search (`dse.search.solver.large_neighbourhood`, decision record 9).
-    """
-
-    is_on: bool = True
-    work: tuple[tuple[int, float], ...] = ((2, 0.15), (3, 0.45))
-    """The number of cores whose threads are free, and the work for each choice of cores."""
-    most_work: float = 5.0
-    """Work near one design, reading the model for each choice of cores included."""
-    most_moves: int = 20
-    """The greatest number of calls for one choice of cores, each of which ends with a lesson or an answer."""
 
 
 @dataclass(frozen=True)
@@ -235,7 +206,6 @@ class Tuning:
     model: ModelTuning = MODEL
     portfolio: Portfolio = Portfolio()
     subspaces: Subspaces = Subspaces()
-    briefly_whole: BrieflyWhole = BrieflyWhole()
     value_grid: ValueGrid = ValueGrid()
     knapsack_tables: KnapsackTables = KnapsackTables()
     lowest_first: LowestFirst = LowestFirst()
@@ -243,7 +213,6 @@ class Tuning:
     least_used: LeastUsed = LeastUsed()
     other_cores: OtherCores = OtherCores()
     bounding: Bounding = Bounding()
-    improving: Improving = Improving()
     first_designs: FirstDesigns = FirstDesigns()
 
 

@@ -169,6 +169,7 @@ def heuristics(*, quick: bool, seed: int) -> list[Case]:
         drawn("robot", 60, 2, seed),
         drawn("two-computers", 100, 2, seed),
         drawn("automotive", 30, 3, seed),
+        drawn("automotive", 10, 4, seed),
         drawn("many-buses", 60, 3, 15),
         Case(f"knapsack 40 items K=3 seed={seed}", "knapsack", 40, 3, seed),
         Case("long-flows N=30 K=2 seed=2", "long-flows", 30, 2, 2),

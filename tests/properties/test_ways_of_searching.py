@@ -35,7 +35,6 @@ SOON: dict[str, dict[str, Any]] = {
     "subspaces": {"first_work": HURRIED, "brief": (BARE, HURRIED)},
     "lowest_first": {"at_once": HURRIED},
     "knapsack_tables": {"after": 0.0},
-    "briefly_whole": {"fewest": 1},
 }
 """Constants with which each heuristic has its turn in problems that are small."""
 

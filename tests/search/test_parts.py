@@ -20,7 +20,7 @@ from dse.search import tuning
 from dse.search.front import search_front
 from dse.search.lexicographic import signed
 from dse.search.regions import Bound, strictly_inside
-from dse.search.solver import strategy, subspaces
+from dse.search.solver import strategy
 from dse.search.solver.bounding import lowest
 from dse.search.solver.call import Call
 from dse.search.solver.pooled_cores import PoolMemory
@@ -141,14 +141,14 @@ def answers(encoded: EncodedSpace, regions: Sequence[Bound], weights: Sequence[i
 def test_a_question_about_several_regions_has_the_best_answer_of_any(
     name: str, apart: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    evaluator = evaluator_with_parts(name, monkeypatch) if subspaces else Evaluator(load_space(BY_NAME[name]))
+    evaluator = evaluator_with_parts(name, monkeypatch) if apart else Evaluator(load_space(BY_NAME[name]))
     encoded = encode(evaluator)
     if len(encoded.objectives) < 3:
         pytest.skip("questions with few objectives are about one region")
     points = [item.point for item in all_points(encoded)]
     regions = [tuple(value + 1 for value in point) for point in points[:3]] + [tuple(value for value in points[0])]
     plain = encode(evaluator)
-    if subspaces:
+    if apart:
         too_hard_as_a_whole(monkeypatch)
     solver = Strategy(encoded)
     for asked in ([encoded.everywhere] * 4, regions, regions[:2], regions[2:], regions[:1], [regions[3]]):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dse.analysis.evaluate import Evaluator
 from dse.encode.model import encode
-from dse.search.solver.large_neighbourhood import roomier
+from dse.search.solver.repair import roomier
 from dse.search.solver.strategy import Strategy
 from tests.helpers.support import space_of
 

@@ -14,7 +14,6 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable, Collection, Iterator, Sequence
-from contextlib import contextmanager
 
 from ortools.sat.python import cp_model
 
@@ -84,26 +83,14 @@ class Contention:
         Where the executor of a thread is decided the decisions on cores do not follow each other as threads do.
         """
         if self._seeks_first and self.space.has_open_groups:
-            self._let_go_of_all()
-
-    def _let_go_of_all(self) -> None:
-        for clause in self.numbering[self._let_go :]:
-            self.model.proto.constraints[clause].bool_or.literals.append(self.places.true)
-        self._let_go = len(self.numbering)
+            for clause in self.numbering[self._let_go :]:
+                self.model.proto.constraints[clause].bool_or.literals.append(self.places.true)
+            self._let_go = len(self.numbering)
 
     def seek_any(self) -> None:
         """Designs are taken as they come."""
         self._seeks_first = False
         self._number_again()
-
-    @contextmanager
-    def any_numbers(self) -> Iterator[None]:
-        """Equal cores have any numbers: where most threads stay on theirs, others may have to be on a later one."""
-        self._let_go_of_all()
-        try:
-            yield
-        finally:
-            self._number_again()
 
     def _number_again(self) -> None:
         for clause in self.numbering[: self._let_go]:

@@ -7,15 +7,17 @@ one that has them.
 
 from __future__ import annotations
 
+from collections.abc import Collection, Iterator
+from contextlib import contextmanager
 from math import inf
 from typing import TypeAlias
 
 from ortools.sat.python import cp_model
 
 from dse.analysis.evaluate import Evaluator
+from dse.encode.linear import set_domain
 from dse.encode.model import EncodedSpace, encode
 from dse.search.referee import accepted
-from dse.search.solver.large_neighbourhood import all_but
 from dse.search.solver.settings import BARE, sound_solver
 from dse.search.solver.strategy import Strategy
 from dse.search.solver_answer import Found, Unfinished
@@ -70,7 +72,7 @@ class OtherCores:
         strategy = Strategy(encoded, deadline=in_force().deadline)
         strategy.most_work = self.work_left
         try:
-            with all_but(encoded, design, self.free):
+            with _all_but(encoded, design, self.free):
                 while True:
                     answer = heard(strategy, lambda: strategy.minimise((), [encoded.everywhere]))
                     if isinstance(answer, Unfinished):
@@ -102,3 +104,21 @@ class OtherCores:
         self.work_left -= solver.response_proto.deterministic_time
         reason = solver.response_proto.sufficient_assumptions_for_infeasibility if is_refuted else ()
         return frozenset(literals[literal] for literal in reason) or options
+
+
+@contextmanager
+def _all_but(encoded: EncodedSpace, design: Design, free: Collection[int]) -> Iterator[None]:
+    """All options of a design are given, but those of the decisions that are `free`."""
+    variables = encoded.model.proto.variables
+    held = {
+        literals[option].index: list(variables[literals[option].index].domain)
+        for number, (literals, option) in enumerate(zip(encoded.options, design, strict=True))
+        if option >= 0 and number not in free
+    }
+    for index in held:
+        set_domain(variables[index], 1, 1)
+    try:
+        yield
+    finally:
+        for index, (low, high) in held.items():
+            set_domain(variables[index], low, high)

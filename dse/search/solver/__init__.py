@@ -8,8 +8,7 @@ Read `strategy.py` first.
 * `subspaces.py`: a question asked for each combination of shared options, such as the types of processors.
 * `bounding.py`, `value_grid.py`, `knapsack.py`: bounds of an objective from both sides; its possible values; two
   objectives by dynamic programming.
-* `large_neighbourhood.py`, `pooled_cores.py`: better designs by other cores, other rates, and pools
-  of interchangeable cores.
+* `repair.py`, `pooled_cores.py`: other cores or options where a solution is refused; pools of interchangeable cores.
 
 Not allowed here: a refutation by a heuristic. A heuristic offers a design, which `analysis` weighs. Work is counted in
 deterministic time, never in seconds, so that a problem and a seed give one sequence of answers.

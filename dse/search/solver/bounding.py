@@ -13,9 +13,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from dse.encode.linear import EXACT_LIMIT
-from dse.search.regions import Bound
 from dse.search.solver.call import Call
-from dse.search.solver.large_neighbourhood import improved
 from dse.search.solver.pooled_cores import PoolMemory, pooled
 from dse.search.solver.settings import BARE, CLOSING, CLOSING_RANGE, FROM_BELOW, RELAXED
 from dse.search.solver_answer import Answer, Found, NoSuchDesign, Unfinished
@@ -29,14 +27,12 @@ class Narrowing:
     """The experience of past questions: the number of slices of which the lowest is asked for, and failed attempts.
 
     `quick` is how much work clause learning alone is given for a range; `bounded` has the parts (by their literals) of
-    the question as it stands whose bound it does not raise any more, `improved` the points in whose neighbourhood
-    something better was looked for in a part.
+    the question as it stands whose bound it does not raise any more.
     """
 
     slices: int
     quick: float
     bounded: set[tuple[int, ...]] = field(default_factory=set)
-    improved: set[tuple[tuple[int, ...], Bound]] = field(default_factory=set)
 
     def begin(self) -> None:
         """Begin another question.
@@ -44,7 +40,6 @@ class Narrowing:
         What was learnt about parts of the last question is dropped.
         """
         self.bounded.clear()
-        self.improved.clear()
 
 
 def narrowed(call: Call, known: Narrowing, work: float) -> Answer:
@@ -61,9 +56,7 @@ def narrowed(call: Call, known: Narrowing, work: float) -> Answer:
         if isinstance(answer, Unfinished) and first and (answer.bound or 0) <= first:
             known.bounded.add(call.within)
     while isinstance(answer, Unfinished) and answer.bound is not None:
-        least, before = answer.bound, call.work
-        best = _bettered(call, known, answer.best)
-        end += call.work - before
+        least, best = answer.bound, answer.best
         left = end - call.work
         if left < work / tuning.least or call.out_of_time():
             return Unfinished(least, best)
@@ -102,16 +95,6 @@ def _in_range(call: Call, known: Narrowing, work: float, best: Found | None, mos
     if isinstance(answer, Unfinished) and answer.best is best:
         answer = call.run(CLOSING_RANGE, work, best, most)
     return answer
-
-
-def _bettered(call: Call, known: Narrowing, best: Found | None) -> Found | None:
-    """A better design than the best one, or than that of another part where there is none, if one is near it."""
-    start = best or call.start
-    if start is None or (call.within, start.point) in known.improved:
-        return best
-    better = improved(call, start)
-    known.improved |= {(call.within, start.point), (call.within, better.point)}
-    return best if better is start else better
 
 
 def _counts_one(call: Call) -> bool:

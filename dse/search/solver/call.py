@@ -48,8 +48,7 @@ class Call:
         self.rounds, self.most_rounds = 0, inf  # in which the model learnt from a solution that the analysis refused
         self.stopped = False
         self.weights: Sequence[int] | None = None  # of the objectives, in what is minimised
-        self.within: tuple[int, ...] = ()  # the literals of the part that is asked about, ...
-        self.start: Found | None = None  # ... and the design that is to be bettered there, maybe one of another part
+        self.within: tuple[int, ...] = ()  # the literals of the part that is asked about
         self.least: int | None = None  # of the values on the grid
         self.incumbent: Found | None = None  # what a search that is stopped at any moment has come across
         self._regions: Sequence[Bound] | None = None

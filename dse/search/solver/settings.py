@@ -99,7 +99,7 @@ FROM_BELOW = SolverSettings(0, has_cuts=False, weight=1.0, from_below=True)
 CLOSING = SolverSettings(1, has_cuts=False, weight=2.0, simplifies=False, probes=True)
 """A relaxation of what holds without conditions: who is on which core, and at which rate (decision record 9)."""
 CLOSING_RANGE = replace(CLOSING, any_value=True)
-"""`CLOSING` for any design in a range of values: a better one is found near it."""
+"""`CLOSING` for any design in a range of values: what is left to ask about lies below it."""
 FINDING = SolverSettings(1, has_cuts=False, weight=2.0, only_finds=True)
 """For a design that has given figures: presolve leaves little of such a question, and the hint is nearly one."""
 NARROWING = SolverSettings(1, has_cuts=False, weight=1.0, narrows=True)

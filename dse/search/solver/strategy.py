@@ -17,11 +17,11 @@ from dse.encode.model import EncodedSpace
 from dse.search.regions import Bound, held
 from dse.search.solver.bounding import Narrowing, lowest, narrowed
 from dse.search.solver.call import Call
-from dse.search.solver.large_neighbourhood import packed, roomier
 from dse.search.solver.pooled_cores import PoolMemory
 from dse.search.solver.portfolio import Attempt, Portfolio
+from dse.search.solver.repair import packed, roomier
 from dse.search.solver.settings import WAYS, WAYS_WITH_WAITING, SolverSettings
-from dse.search.solver.subspaces import AllSubspaces, Apart, Subspace, as_a_whole
+from dse.search.solver.subspaces import AllSubspaces, Apart, Subspace
 from dse.search.solver.value_grid import EVERY, weighted_grid
 from dse.search.solver_answer import Answer, Found, NoSuchDesign, Unfinished, weighted
 from dse.search.tuning import Tuning
@@ -63,10 +63,10 @@ class Strategy(Call):
             self._whole = portfolios.setdefault((tuple(self._ways), len(self.parts) == 1), self._whole)
         self._asked = Portfolio([settings.least_work(encoded.model) for settings in WAYS], tuning.portfolio)
         self.relaxed_first: set[int] = set()  # numbers of parts
-        self.missed_briefly: Counter[int] = Counter()  # how often in a row, by number of part, or `WHOLE`
+        self.missed_briefly: Counter[int] = Counter()  # how often in a row, by number of part
         self.pools = PoolMemory()
         self.narrowing = Narrowing(tuning.bounding.first, tuning.bounding.quick)
-        self.packings: set[Design] = set()  # what was tried on other cores (`dse.search.solver.large_neighbourhood`)
+        self.packings: set[Design] = set()  # what was tried on other cores (`dse.search.solver.repair`)
 
     @property
     def most_regions(self) -> int:
@@ -107,8 +107,6 @@ class Strategy(Call):
         most = [max(bounds) - 1 for bounds in zip(*regions, strict=True)]
         assert weighted(weights, most) < EXACT_LIMIT, "weights leave exact arithmetic"
         self.hint(hint)
-        if self._rows() and (answer := as_a_whole(self, regions)) is not None:
-            return answer
         attempts: list[Attempt] = [partial(self.solve_in, regions, settings) for settings in self._ways]
         if len(self.parts) > 1:
             attempts[1:] = [Apart(self, weights, regions).attempt]
@@ -158,13 +156,13 @@ class Strategy(Call):
         regions = part.open(regions)
         if not regions or (best is not None and not any(weights)):
             return NoSuchDesign()
-        self.within, self.start = part.literals, best
+        self.within = part.literals
         self._ceiling = better_than = None if best is None else weighted(weights, best.point)
         self._restrict(regions, part.floor(regions))
         try:
             answer = self.run_within(part, *way, least=least)
         finally:
-            self._ceiling, self.within, self.start = None, (), None
+            self._ceiling, self.within = None, ()
         part.learn(answer, weights, regions, better_than)
         return answer
 

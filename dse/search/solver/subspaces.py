@@ -201,10 +201,6 @@ def _combinations(encoded: EncodedSpace, most: int) -> list[tuple[int, ...]]:
 # A question asked part by part, where it is too hard as a whole.
 
 
-WHOLE = -1
-"""Stands for all parts together where misses are counted."""
-
-
 class Asks(Protocol):
     """The interface through which a question that is solved part by part calls the solver.
 
@@ -222,10 +218,6 @@ class Asks(Protocol):
         """Whether there is no time left."""
         ...
 
-    def solve_in(self, regions: Sequence[Bound], settings: SolverSettings, work: float) -> Answer:
-        """One attempt at a question as a whole."""
-        ...
-
     def solve_part(
         self,
         part: Subspace,
@@ -237,22 +229,6 @@ class Asks(Protocol):
     ) -> Answer:
         """One attempt at a part of the space."""
         ...
-
-
-def as_a_whole(strategy: Asks, regions: Sequence[Bound]) -> Answer | None:
-    """The answer to a question about full cores that is easy enough to need no parts, each of which is read anew.
-
-    None where the attempt did not finish; after some misses in a row it is not tried any more.
-    """
-    tuning, missed = strategy.tuning.briefly_whole, strategy.missed_briefly[WHOLE]
-    if not tuning.is_on or len(strategy.parts) < tuning.fewest or missed >= tuning.most_missed:
-        return None
-    answer = strategy.solve_in(regions, *tuning.way)
-    if isinstance(answer, Unfinished):
-        strategy.missed_briefly[WHOLE] += 1
-        return None
-    strategy.missed_briefly[WHOLE] = 0
-    return answer
 
 
 class Apart:
