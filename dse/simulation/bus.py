@@ -7,8 +7,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
 
+from dse.simulation.bus_turns import BusTurn
 from dse.simulation.core import Births
-from dse.simulation.plan import BusTurn
 from dse.simulation.readings import FaultFigures, Range
 from dse.support.units import Exact
 

@@ -10,8 +10,9 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import Any, Literal, TypeAlias
 
-from dse.simulation.readings import ComponentFigures, FaultFigures, Phase, PlanFigures, Range, read_figures
-from dse.space.model.kinds import Arbitration, ExecutorKind
+from dse.simulation.bus_turns import BusTurn, bus_turn_of
+from dse.simulation.readings import ComponentFigures, Phase, PlanFigures, Range, read_figures
+from dse.space.model.kinds import ExecutorKind
 from dse.space.model.space import Design, Space
 from dse.space.question.metrics import all_disparities
 from dse.support.units import Exact
@@ -92,25 +93,6 @@ class Gap:
     name: str
     budget_ns: int
     period_ns: int
-
-
-@dataclass(frozen=True)
-class BusTurn:
-    """How a message takes its turn on its bus: what decides, its identifier, and the ranges of its frames' times.
-
-    `line` tells on which of the lines of a bus it waits: with ``none`` each sender has one. With `rides_on` it is the
-    message of that connection, by its number: a broadcast bus carries both at once. Where a sender queues messages as
-    they come only the oldest in its `queue` competes; it is empty of others. `faults` are those of the wire.
-    """
-
-    arbitration: Arbitration
-    identifier: int
-    sender: int
-    frames: tuple[Range, ...]
-    line: tuple[int, int]
-    rides_on: int | None = None
-    queue: str = ""
-    faults: FaultFigures | None = None
 
 
 @dataclass(frozen=True)
@@ -464,39 +446,7 @@ def _links(space: Space, figures: PlanFigures, *, endless: bool) -> list[Simulat
                 period_ns=period,
                 is_trigger=connection.target is not None and number in space.components[connection.target].triggers,
                 capacity=ENDLESS if endless or connection.is_inner else part.queue_size,
-                turn=_turn(space, figures, number),
+                turn=bus_turn_of(space, figures, number),
             )
         )
     return found
-
-
-def _turn(space: Space, figures: PlanFigures, number: int) -> BusTurn | None:
-    """How the message of a connection takes its turn on its bus; None where it waits for none."""
-    part, connection = figures.connections[number], space.connections[number]
-    if part.arbitration is None or part.bus is None:
-        return None
-    sender = -1 - number if connection.source is None else connection.source
-    first = next(
-        other
-        for other in (*part.frame, *range(number + 1))
-        if other == number
-        or (other in part.frame and figures.connections[other].bus == part.bus)
-        or (
-            part.is_shared
-            and connection.from_port is not None
-            and figures.connections[other] == part
-            and space.connections[other].source == connection.source
-            and space.connections[other].from_port == connection.from_port
-        )
-    )
-    line = (part.bus, sender if part.arbitration == "none" else 0)
-    return BusTurn(
-        part.arbitration,
-        part.identifier or 0,
-        sender,
-        part.frames,
-        line,
-        None if first == number else first,
-        figures.transmit_queue(connection.source),
-        part.faults,
-    )
