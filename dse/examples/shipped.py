@@ -23,7 +23,7 @@ def example_files() -> tuple[Path, ...]:
     """The example problems, sorted by name; catalogues are none.
 
     >>> [path.stem for path in example_files()][2:4]
-    ['inmark', 'inmark_chapter2']
+    ['inmark', 'inmark_can']
     """
     return tuple(sorted(example_folder().glob("*.yaml")))
 

@@ -300,7 +300,7 @@ def test_sensitivity_names_what_it_left_out(folder: Path, monkeypatch: pytest.Mo
     pump = (Path(__file__).parents[1] / "fuzz" / "pump.yaml").read_text(encoding="utf-8")
     Path("u.yaml").write_text(f"{pump}{UNCERTAIN}", encoding="utf-8")
     left_out: list[tuple[str, ...]] = []
-    for looks in (500, 2500, 10**9):
+    for looks in (500, 1100, 10**9):
         with jumping(1.0, monkeypatch):
             found = dse.sensitivity("u.yaml", samples=50, time_limit_s=float(looks))
         left_out.append(found.left_out)
