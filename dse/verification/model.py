@@ -403,7 +403,10 @@ class SecondModel:
     def _order_lessons(
         self, model: cp_model.CpModel, solver: cp_model.CpSolver, number: int, values: Design
     ) -> list[Lesson]:
-        """What goes before a message (below 0) that the solution does not have there."""
+        """Lessons that other messages go before one in a design, where the solution has them behind it.
+
+        The `number` of a message is below 0; of a thread there is no such lesson.
+        """
         before = self.message_waits.before
 
         def is_open(other: int) -> bool:

@@ -1,4 +1,4 @@
-"""What goes before a message that waits, where identifiers are chosen: what the search learns of it, order by order."""
+"""Lessons of the search on the order of messages with chosen identifiers, against all designs of drawn buses."""
 
 from __future__ import annotations
 
@@ -14,12 +14,11 @@ from dse.analysis.messages.stages import bus_of, candidates_of
 from dse.analysis.scheduling.resolve import released_undelayed, resolve_buses
 from dse.analysis.scheduling.responses import NO_BOUND, message_waits_ns
 from dse.analysis.views import View
-from dse.encode.scheduling import waiting_forms
 from dse.space.model.space import Design, Space
-from dse.verification import prover, tables
 from tests.buses.test_random import front_of
 from tests.helpers.effort import cases
 from tests.helpers.identifier_systems import draw_identifier_problem
+from tests.helpers.tuned import learn_instead_of_tabulating
 
 
 def busy(space: Space, index: int) -> list[int]:
@@ -85,12 +84,7 @@ def test_what_goes_before_a_message_does_so_in_designs_as_busy_and_what_the_rule
 @pytest.mark.parametrize("seed", cases(60, 500))
 def test_fronts_are_those_of_all_designs(seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
     """Where figures are learnt from what the referee says of solutions."""
-    monkeypatch.setattr(waiting_forms, "SCHEDULE_CASE_LIMIT", 2)
-    monkeypatch.setattr(waiting_forms, "TABULATED_TASKS", 1)
-    for name in ("FEW_JUDGED", "FEW"):
-        monkeypatch.setattr(prover, name, 0)
-    for name in ("FEW_CASES", "FEW_LEAVES"):
-        monkeypatch.setattr(tables, name, 3)
+    learn_instead_of_tabulating(monkeypatch)
     problem = dse.loads(draw_identifier_problem(seed))
     result = dse.solve(problem)
     assert {tuple(point.objectives.values()) for point in result.front} == front_of(result.space)

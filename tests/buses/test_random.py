@@ -9,12 +9,11 @@ import pytest
 
 import dse
 from dse.analysis.evaluate import Evaluator
-from dse.encode.scheduling import waiting_forms
 from dse.space.model.space import Space
 from dse.support.errors import TooLargeError
-from dse.verification import prover, tables
 from tests.helpers.bus_systems import draw_bus_problem
 from tests.helpers.effort import cases
+from tests.helpers.tuned import learn_instead_of_tabulating
 from tests.oracle import evaluator as oracle
 
 DESIGNS = 30
@@ -60,12 +59,7 @@ def front_of(space: Space) -> set[tuple[int, ...]]:
 def test_fronts_are_those_of_all_designs(seed: int, few: bool, monkeypatch: pytest.MonkeyPatch) -> None:
     """Where figures are tables, and where they are learnt from what the referee says of solutions."""
     if few:
-        monkeypatch.setattr(waiting_forms, "SCHEDULE_CASE_LIMIT", 2)
-        monkeypatch.setattr(waiting_forms, "TABULATED_TASKS", 1)
-        for name in ("FEW_JUDGED", "FEW"):
-            monkeypatch.setattr(prover, name, 0)
-        for name in ("FEW_CASES", "FEW_LEAVES"):
-            monkeypatch.setattr(tables, name, 3)
+        learn_instead_of_tabulating(monkeypatch)
     try:
         result = dse.solve(dse.loads(draw_bus_problem(seed, decisions=5)))
     except TooLargeError:  # bits of 333 kbit/s in response times, beside transmission times of another bus

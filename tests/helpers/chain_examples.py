@@ -86,7 +86,7 @@ threads:
 connections: {uy: {from: u, to: y}, yk: {from: y, to: k}, ks: {from: k, to: s}, sm: {from: s, to: m}}
 flows: {f: {path: [t]}}
 """
-"""What is behind two less urgent threads."""
+"""Urgent threads behind two less urgent ones: only those behind one of these come in one busy window."""
 IN_TURN = """
 threads:
   other: {processor: p, period: 500 ms, compute_execution_time: 125 ms, priority: 5}

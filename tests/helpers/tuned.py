@@ -9,9 +9,11 @@ from typing import Any
 import pytest
 
 from dse.encode import tuning as of_models
+from dse.encode.scheduling import waiting_forms
 from dse.encode.tuning import ModelTuning
 from dse.search import tuning as of_search
 from dse.search.tuning import DEFAULT, Tuning
+from dse.verification import prover, tables
 
 HEURISTICS = [
     *(item.name for item in fields(ModelTuning)),
@@ -37,3 +39,13 @@ def tune(monkeypatch: pytest.MonkeyPatch, **groups: dict[str, Any]) -> Tuning:
     monkeypatch.setattr(of_search, "DEFAULT", found)
     monkeypatch.setattr(of_models, "MODEL", found.model)
     return found
+
+
+def learn_instead_of_tabulating(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let search and second proof learn waiting in small problems as in large ones, for which they make no tables."""
+    monkeypatch.setattr(waiting_forms, "SCHEDULE_CASE_LIMIT", 2)
+    monkeypatch.setattr(waiting_forms, "TABULATED_TASKS", 1)
+    for name in ("FEW_JUDGED", "FEW"):
+        monkeypatch.setattr(prover, name, 0)
+    for name in ("FEW_CASES", "FEW_LEAVES"):
+        monkeypatch.setattr(tables, name, 3)

@@ -324,7 +324,10 @@ def worst_job_ns(
 
 
 class _Work:
-    """What a core has to do since a busy period began, and when it is done."""
+    """The work of a core in one busy period of a task: what is released meanwhile, and the time at which it is done.
+
+    Times in ns from the beginning of the busy period. `begun_ns` is work that was there before, which nothing preempts.
+    """
 
     def __init__(self, rivals: Sequence[Task], begun_ns: Exact) -> None:
         self.rivals, self.begun_ns, self.busy_ns, self.counted_ns, self.steps = rivals, begun_ns, begun_ns, 0, 0

@@ -237,7 +237,7 @@ class InTurn:
 
 
 OnBus: TypeAlias = Arbitrated | InTurn | QueuedMessage
-"""What decides how long a message takes on its bus."""
+"""The busy window of a message on its bus: one for each way of arbitration."""
 
 
 def window_of(resource: Resource, position: int, tasks: Sequence[Task | None]) -> OnBus | None:

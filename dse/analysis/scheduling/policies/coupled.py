@@ -163,7 +163,12 @@ def cases_in_window(
 
 
 def _behind(events: EventModels, first: TaskKey, sooner: int, reach_ns: Exact | None) -> Behind:
-    """What comes behind a stage, or a chain that begins with it, in its windows."""
+    """The limits of jobs that come behind a stage, or the last one of a chain that it begins, in windows of these.
+
+    `sooner` jobs have been released by jobs that ended before the window; one comes within `reach_ns` of the release of
+    the first stage, None where that has no bound. Without one stream that releases the first stage no limit by its
+    release is known.
+    """
     streams = events.streams(first)
     if streams is None or len(streams) != 1 or reach_ns is None:
         return Behind(sooner, None, 1)
