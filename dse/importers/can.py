@@ -14,7 +14,7 @@ from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
-from dse.importers.can_dbc import UNUSED_SIGNALS, check_statements, listed, mended
+from dse.importers.can_dbc import MOST_NAMED, UNUSED_SIGNALS, check_statements, mended
 from dse.importers.can_sizes import check_sizes
 from dse.importers.registry import Imported, Key, Place
 from dse.support.errors import Diagnostic, ProblemError, UsageError
@@ -24,6 +24,7 @@ from dse.support.files.reading import UnreadableFileError, read_bytes
 from dse.support.files.xml import xml_text
 from dse.support.units import UnitError, format_bandwidth, format_rate, parse_bandwidth_bps, parse_duration_ns
 from dse.support.units.table import Rounding
+from dse.support.units.text import first_of
 
 MOST_BYTES = 64_000_000
 XML = ("kcd", "arxml")
@@ -187,16 +188,18 @@ class _Reader:
         unknown = [message for message in open_ if cycle_of[id(message)] is None]
         if unknown:
             count = "1 message has" if len(unknown) == 1 else f"{len(unknown)} messages have"
-            text = f"{count} no cycle time: {listed([message.name for message in unknown])}"
+            text = f"{count} no cycle time: {first_of([message.name for message in unknown], MOST_NAMED)}"
             line = min(self.lines.get(_key(message), 1) for message in unknown)
             raise ProblemError([Diagnostic(text, file=str(self.path), line=line, hint=HOW_CYCLES)])
         names: dict[bool, list[str]] = {False: [], True: []}
         for message in open_:
             names[cycle_of[id(message)] == LEFT_OUT].append(message.name)
         if names[False]:
-            self._remark(f"{len(names[False])} without a cycle time count with --cycle: {listed(names[False])}")
+            some = first_of(names[False], MOST_NAMED)
+            self._remark(f"{len(names[False])} without a cycle time count with --cycle: {some}")
         if names[True]:
-            self._remark(f"{len(names[True])} without a cycle time are left out (--cycle): {listed(names[True])}")
+            some = first_of(names[True], MOST_NAMED)
+            self._remark(f"{len(names[True])} without a cycle time are left out (--cycle): {some}")
         kept = [message for message in messages if cycle_of.get(id(message)) != LEFT_OUT]
         if not kept:
             raise ProblemError(

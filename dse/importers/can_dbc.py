@@ -13,6 +13,7 @@ from pathlib import Path
 
 from dse.importers.can_sizes import TEXT
 from dse.support.errors import Diagnostic, ProblemError
+from dse.support.units.text import first_of
 
 UNUSED_SIGNALS = "VECTOR__INDEPENDENT_SIG_MSG"
 """Under this name DBC files keep signals of no message."""
@@ -138,19 +139,9 @@ class _Statements:
     def _tell(self, words: str, items: list[tuple[str, int]]) -> None:
         if items:
             line = self.plain.count("\n", 0, items[0][1]) + 1
-            names = listed([name for name, _ in items])
+            names = first_of([name for name, _ in items], MOST_NAMED)
             message = f"{words}: {names}"
             self.told.append(Diagnostic(message, file=str(self.path), line=line, severity="warning"))
-
-
-def listed(names: list[str]) -> str:
-    """Names with commas, and how many more there are than are shown.
-
-    >>> listed(list("abcdefghijk"))
-    'a, b, c, d, e, f, g, h and 3 more'
-    """
-    more = len(names) - MOST_NAMED
-    return ", ".join(names[:MOST_NAMED]) + (f" and {more} more" if more > 0 else "")
 
 
 def _number(text: str) -> int:

@@ -31,6 +31,7 @@ from dse.analysis.scheduling.policies.buses import Arbitrated
 from dse.analysis.scheduling.policies.faults import with_frame
 from dse.analysis.scheduling.resolve import released_undelayed
 from dse.analysis.views import View, tabulate
+from dse.space.architecture.arbitration import may_be_any
 from dse.space.model.space import Space
 from dse.space.model.trees import at, leaves
 from dse.spec.schema.fields import ANY_IDENTIFIER
@@ -336,4 +337,4 @@ def is_own_deadline(space: Space, number: int, bound: Callable[[View], Exact]) -
 def open_identifiers(space: Space) -> bool:
     """Whether some message that waits for a bus may have any identifier."""
     wires = enumerate(space.connections)
-    return any(ANY_IDENTIFIER in set(leaves(item.identifier)) and may_wait_for(space, number) for number, item in wires)
+    return any(may_be_any(item) and may_wait_for(space, number) for number, item in wires)

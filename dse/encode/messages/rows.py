@@ -41,9 +41,10 @@ from dse.analysis.scheduling.resolve import released_undelayed
 from dse.analysis.views import PartialView, View, allowed_options, tabulate
 from dse.encode.linear import EXACT_LIMIT, Board, Given
 from dse.encode.messages.frames import Rider, due_riders, own_literal, riders_of
+from dse.space.architecture.arbitration import may_be_any
 from dse.space.model.space import EMPTY
 from dse.space.model.trees import at, leaves
-from dse.spec.schema.fields import ANY_IDENTIFIER, MOST_IDENTIFIER
+from dse.spec.schema.fields import MOST_IDENTIFIER
 from dse.support.timelimit import look_at_the_clock
 from dse.support.units import Exact
 
@@ -176,7 +177,9 @@ class _OnBus:
         before: dict[int, Any] = {}
         for message in found:
             goes_first = self._goes_first(message, own)
-            if goes_first is not board.true and (self._may_be_any(number) or self._may_be_any(message.number)):
+            if goes_first is not board.true and any(
+                may_be_any(self.board.space.connections[one]) for one in (number, message.number)
+            ):
                 if message.number not in open_:
                     open_[message.number] = board.model.new_bool_var("")
                 if goes_first is not None:
@@ -211,9 +214,6 @@ class _OnBus:
             ways = [before[one.number].negated() for one in long if one.number in before]
             parts.append((length - shorter, self.board.any_of(ways) if len(ways) == len(long) else self.board.true))
         return parts
-
-    def _may_be_any(self, number: int) -> bool:
-        return ANY_IDENTIFIER in set(leaves(self.board.space.connections[number].identifier))
 
     def add_blocking(self, number: int, least: Any, variable: Any, scale: int) -> None:
         """Add rows for this type of the bus that the longest other frame has begun, or goes first."""

@@ -26,7 +26,7 @@ from dse.analysis.scheduling.busy_window import TaskKey
 from dse.analysis.scheduling.fixed_point import solve
 from dse.analysis.scheduling.model import EndKey
 from dse.analysis.scheduling.order import Schedule, Turn
-from dse.analysis.scheduling.policies.coupled import before_on_core, behind_next
+from dse.analysis.scheduling.policies.coupled import behind_next, releaser_on_core
 from dse.analysis.scheduling.resolve import resolve
 from dse.analysis.scheduling.responses import UNBOUNDED_NS, all_responses, counted_ns
 from dse.analysis.scheduling.tasks import alone_ns, elapsed_ns
@@ -189,8 +189,8 @@ def motion_of(inputs: InputSpace, design: Design, box: Box) -> Motion | None:
         times = list(_times(space, turns, view))
         stages = resolve(space, view).stages
         for stage in stages.values():  # of which a shortest time decides how often it comes
-            if (before := before_on_core(stages, stage)) is not None:
-                behind_next(stage, before)
+            if (before := releaser_on_core(stages, stage)) is not None:
+                behind_next(stage, before)  # for its comparisons, which are guards
     program = Program([Fraction(0) + item for pair in times for item in pair], guards)
     if undecided_over(program, ranges):
         return None

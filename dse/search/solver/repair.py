@@ -38,9 +38,6 @@ def packed(call: Call, packings: set[Design], design: Design, value: Callable[[c
     return min(better, key=lambda one: weighted(weights, one.point), default=None)
 
 
-# Another design with the figures of a solution, for whose threads there are cores where there are none for its own.
-
-
 def roomier(call: Call, design: Design, point: Bound) -> Design | None:
     """A design with the objectives `point` that leaves its processors so much room that cores are found for it.
 

@@ -106,6 +106,11 @@ def with_arbitration(ledger: Ledger, spec: Spec, buses: Sequence[Bus], wires: Se
     return tuple(found)
 
 
+def may_be_any(wire: Connection) -> bool:
+    """Whether the message of a connection may have any identifier that another one leaves."""
+    return ANY_IDENTIFIER in set(leaves(wire.identifier))
+
+
 def untraded_orders(space: Space) -> Iterator[str]:
     """The orders of messages with any identifier that are no designs, where another could be better for some flow.
 
@@ -115,15 +120,14 @@ def untraded_orders(space: Space) -> Iterator[str]:
     flows = frozenset(name for metric in asked for name in flows_in(space, metric))
     steps = [step for flow in space.flows if flow.name in flows for step in flow.steps if step.kind == "connection"]
     wires = [space.connections[number] for number in dict.fromkeys(step.index for step in steps)]
-    placed = [wire for wire in wires if ANY_IDENTIFIER in set(leaves(wire.identifier)) and not _is_carried(wire)]
+    placed = [wire for wire in wires if may_be_any(wire) and not _is_carried(wire)]
     is_counted = space.profile == "dse" and space.bus_queuing == "counted"
     for number, bus in enumerate(space.buses if is_counted else ()):
         names = [wire.name for wire in placed if number in carriers(space.buses, wire)]
         if len(names) > 1 and "priority" in set(leaves(bus.arbitration)):
-            more = f" and {len(names) - MOST_SHOWN} more" if len(names) > MOST_SHOWN else ""
             yield (
                 f"messages with any identifier on {bus.name} have the order that the rule {bus.assignment} gives: "
-                f"designs with another order of {', '.join(names[:MOST_SHOWN])}{more}, which could trade between "
+                f"designs with another order of {first_of(names, MOST_SHOWN)}, which could trade between "
                 "flows, are left out; list identifiers to include them"
             )
 

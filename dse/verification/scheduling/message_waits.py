@@ -21,9 +21,9 @@ from dse.analysis.messages.conflicts import earlier_on_flows, open_identifiers, 
 from dse.analysis.messages.stages import counted_buses, is_each_alone
 from dse.analysis.scheduling.busy_window import most_jobs
 from dse.analysis.views import View
+from dse.space.architecture.arbitration import may_be_any
 from dse.space.model.space import Design, Space
 from dse.space.model.trees import leaves
-from dse.spec.schema.fields import ANY_IDENTIFIER
 from dse.support.units import Exact
 from dse.verification.scheduling.contention import Lesson
 from dse.verification.scheduling.messages import BusRows, Sent, limited_by_deadline, widened
@@ -66,18 +66,15 @@ class MessageWaits:
 
     def _is_sure(self, own: Sent, other: Sent) -> bool:
         """Whether another message has a lower number in every design."""
-        if self._may_be_any(own.number) or self._may_be_any(other.number):
+        if any(may_be_any(self.space.connections[one.number]) for one in (own, other)):
             return False
         return max(number for _, number in other.numbers) < min(number for _, number in own.numbers)
-
-    def _may_be_any(self, number: int) -> bool:
-        return ANY_IDENTIFIER in set(leaves(self.space.connections[number].identifier))
 
     def _goes_first(self, key: int, own: Sent, other: Sent) -> Any:
         """A literal that is true where another message has a lower number, or is known to be before; None: never."""
         pair = key, other.number
         pairs = [(mine, one) for mine, number in own.numbers for one, least in other.numbers if least < number]
-        is_open = self._may_be_any(own.number) or self._may_be_any(other.number)
+        is_open = any(may_be_any(self.space.connections[one.number]) for one in (own, other))
         if not pairs and not is_open:
             return None
         if pair not in self.before:

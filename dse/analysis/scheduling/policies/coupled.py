@@ -49,11 +49,6 @@ OnWayOf: TypeAlias = Callable[[TaskKey], Sequence[OnWay]]
 """Gives what a stage is behind on its core."""
 
 
-def has_coupled(stages: Mapping[TaskKey, Stage], resource: Resource) -> bool:
-    """Whether a thread of a resource comes behind another one on the same stated core in its chain."""
-    return any(is_coupled(stages, stages[entry.key]) for entry in resource.entries)
-
-
 def is_coupled(stages: Mapping[TaskKey, Stage], stage: Stage) -> bool:
     """Whether a stage comes behind another one on the same stated core in its chain."""
     return next(_all_before(stages, stage), None) is not None
@@ -191,7 +186,7 @@ def _up_to_head(stages: Mapping[TaskKey, Stage], stage: Stage, priority: int) ->
     With them the less urgent stage that releases the last of these, if such a one does.
     """
     passed = [stage]
-    while (before := before_on_core(stages, passed[-1])) is not None and before not in passed:
+    while (before := releaser_on_core(stages, passed[-1])) is not None and before not in passed:
         assert before.stated is not None
         if before.stated.priority < priority:
             return passed, before
@@ -254,7 +249,7 @@ def _all_before(stages: Mapping[TaskKey, Stage], stage: Stage) -> Iterator[Stage
         link = before.follows
 
 
-def before_on_core(stages: Mapping[TaskKey, Stage], stage: Stage) -> Stage | None:
+def releaser_on_core(stages: Mapping[TaskKey, Stage], stage: Stage) -> Stage | None:
     """The stage whose end releases one, where both are on one stated core with stated priorities, and take time."""
     link = stage.follows
     if stage.stated is None or link is None or link.after is None:

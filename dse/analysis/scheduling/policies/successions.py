@@ -15,7 +15,7 @@ from itertools import islice
 from dse.analysis.scheduling.busy_window import Task, TaskKey
 from dse.analysis.scheduling.event_models import EventModels, apart_ns
 from dse.analysis.scheduling.model import Entry, Resource, Stage, System
-from dse.analysis.scheduling.policies.coupled import OnWay, behind_on_core, cases_in_window, has_coupled
+from dse.analysis.scheduling.policies.coupled import OnWay, behind_on_core, cases_in_window, is_coupled
 from dse.support.units import Exact
 
 MOST_THREADS = 32
@@ -155,8 +155,11 @@ class Succession:
 
     @cached_property
     def has_coupled(self) -> bool:
-        """Whether a thread of the resource is released at once by another one on the same stated core."""
-        return self.resource.wire is None and has_coupled(self.events.stages, self.resource)
+        """Whether a thread of the resource comes behind another one on the same stated core in its chain."""
+        stages = self.events.stages
+        return self.resource.wire is None and any(
+            is_coupled(stages, stages[item.key]) for item in self.resource.entries
+        )
 
     def cases(
         self, level: TaskKey, ends: tuple[int, int], tasks: Sequence[Task | None], pieces: int | None = 1
