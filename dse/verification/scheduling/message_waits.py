@@ -9,7 +9,7 @@ cannot be placed behind it in time, or the rule has it before (`dse.analysis.mes
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from fractions import Fraction
 from typing import Any
@@ -23,7 +23,6 @@ from dse.analysis.scheduling.busy_window import most_jobs
 from dse.analysis.views import View
 from dse.space.architecture.arbitration import may_be_any
 from dse.space.model.space import Design, Space
-from dse.space.model.trees import leaves
 from dse.support.units import Exact
 from dse.verification.scheduling.contention import Lesson
 from dse.verification.scheduling.messages import BusRows, Sent, limited_by_deadline, widened
@@ -35,17 +34,19 @@ class MessageWaits:
     def __init__(self, rows: BusRows, variables: dict[int, Any], scale: int) -> None:
         self.rows, self.space, self.scale = rows, rows.space, scale
         self.before: dict[tuple[int, int], Any] = {}
-        for key, variable in variables.items() if is_each_alone(self.space) else ():
-            for bus in counted_buses(self.space):
-                if set(leaves(self.space.connections[-1 - key].bus)) == {bus}:
-                    self._add_bus(bus, key, variable)
+        for bus in counted_buses(self.space) if variables and is_each_alone(self.space) else ():
+            self._add_bus(bus, variables)
 
-    def _add_bus(self, bus: int, key: int, variable: Any) -> None:
-        for kind, bit, messages in self.rows.by_type(bus):
-            own = next((one for one in messages if one.number == -1 - key), None)
-            if own is None:
-                continue
-            model, works = self.rows.model, list[Any]()
+    def _add_bus(self, bus: int, variables: Mapping[int, Any]) -> None:
+        asked = [
+            (kind, bit, messages, own)
+            for kind, bit, messages in self.rows.by_type(bus)
+            for own in messages
+            if -1 - own.number in variables
+        ]
+        for kind, bit, messages, own in asked:
+            key = -1 - own.number
+            variable, model, works = variables[key], self.rows.model, list[Any]()
             most = int(max(one.longest_ns for one in messages) * self.scale)
             begun = model.new_int_var(0, most, "")
             window = bit + sum(_one_job(one) for one in messages if self._is_sure(own, one))

@@ -60,10 +60,9 @@ class BusRows:
         self.space, self.model, self.chosen = space, model, chosen
         self.limited = limited_by_deadline(space, limits)
         self._literals: dict[tuple[int, int], Any] = {}
-        for bus in counted_buses(space) if self.limited and is_comparable(space) else ():
-            slot = space.buses[bus]
-            for option in range(len(slot.types)) if set(leaves(slot.broadcast)) == {False} else ():
-                self._add_bus(bus, slot.type_decision, option)
+        for bus in counted_buses(space) if self.limited else ():
+            for kind, bit, messages in self.by_type(bus):
+                self._add_times(kind, bit, messages)
 
     def _is(self, decision: int, option: int) -> Any:
         """A literal that is true exactly where a decision has an option."""
@@ -108,15 +107,10 @@ class BusRows:
         bits = tabulate(space, bit_of, MOST_CASES, given) or []
         return bits[0].value if len({case.value for case in bits}) == 1 else None
 
-    def _add_bus(self, bus: int, decision: int, option: int) -> None:
-        space, given = self.space, {decision: option}
-        bit = self._bit(bus, given)
-        if bit is None:
-            return
-        messages = [found for number in range(len(space.connections)) if (found := self._message(bus, number, given))]
+    def _add_times(self, kind: Any, bit: Exact, messages: Sequence[Sent]) -> None:
         times = {item.limit_ns for one in messages for _, item in one.cases}
         for time in sorted(time for time in times if time is not None):
-            self._add_time(messages, time, bit, self._is(decision, option))
+            self._add_time(messages, time, bit, kind)
 
     def _message(self, bus: int, number: int, given: dict[int, int]) -> Sent | None:
         space, wire = self.space, self.space.connections[number]
