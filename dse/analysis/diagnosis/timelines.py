@@ -78,6 +78,8 @@ def worst_busy_period(core: int, responses: Sequence[Response]) -> BusyPeriod | 
             worst_job = worst_job_ns(window.task, window.rivals, window.blocked_ns)
             if worst_job is None:
                 continue
+            if any(rival.behind is not None for rival in window.rivals):
+                return None  # jobs that its own jobs release: how many come is known, not when
             if worst_job.end_ns - worst_job.over_ns != item.response_ns:
                 return None  # of what its chain did before it is known how long it took, not when
             rivals = in_window_of(window.rivals, worst_job.earlier, worst_job.released_ns)

@@ -154,10 +154,10 @@ def delayed_words(delayed: Delayed) -> str:
     ``nav waits 4 ms on core 1 of p, behind 1 x fast (4 ms); latency of f <= 27 ms holds with 2 ms less of fast each
     time``; where no such time is known ``for latency of f <= 27 ms nav waits ...``.
     """
-    phrases = [
-        f"{_who_waits(item)} {_time(item.waited_ns)} behind {'; '.join(_wait_words(item.waits, told=True))}"
-        for item in delayed.waiting[:MOST_WAITING]
-    ]
+    phrases = []
+    for item in delayed.waiting[:MOST_WAITING]:
+        behind = "; ".join(_wait_words(item.waits, told=True))
+        phrases.append(f"{_who_waits(item)} {_time(item.waited_ns)}{f' behind {behind}' if behind else ''}")
     left = delayed.waiting[MOST_WAITING:]
     phrases += [f"{len(left)} more wait {_time(sum(item.waited_ns for item in left))} in all"] if left else []
     enough = shorter_words(delayed.shorter)

@@ -68,11 +68,12 @@ def command(
     is written beside it (.pinning.csv), or for the callback-isolated executor (cie).
 
     The problem file keeps its comments, has the design as its baseline, and is read back before it is handed out:
-    `dse analyse` gives the same figures for it. As AADL it is an implementation that extends the model that the problem
-    is of, with what was decided; of a problem file it is a whole model, with what AADL has no word for in a property
-    set. `pinning` is a table (CSV) of cores and priority levels, on which response times hold. `dbc` has the messages
-    of a CAN bus with their identifiers, stated or chosen, lengths, senders and cycle times. Neither the result nor its
-    problem file is overwritten.
+    `dse analyse` gives the same figures for it, or lower ones where its cores and priorities, which it states, make
+    bounds of chains less (docs/semantics.md, section 4.9). As AADL it is an implementation that extends the model that
+    the problem is of, with what was decided; of a problem file it is a whole model, with what AADL has no word for in a
+    property set. `pinning` is a table (CSV) of cores and priority levels, on which response times hold. `dbc` has the
+    messages of a CAN bus with their identifiers, stated or chosen, lengths, senders and cycle times. Neither the result
+    nor its problem file is overwritten.
     """
     file, number = result
     if number and alternative not in (None, number):
