@@ -160,7 +160,7 @@ class Call:
         """
         known, start = self._rows(), best
         while True:
-            answer, best = self._once(settings, work, best, most)
+            answer, best = self.once(settings, work, best, most)
             if answer is not None:
                 return answer
             if settings.any_value and best is not start:
@@ -206,7 +206,7 @@ class Call:
             return None if self._ceiling is None else self.below(self._ceiling)
         return self.below(weighted(self.weights, best.point))
 
-    def _once(
+    def once(
         self, settings: SolverSettings, work: float, best: Found | None, most: int | None
     ) -> tuple[Answer | None, Found | None]:
         """One run of the solver for something better than `best`; no answer where the model is sharper now.
