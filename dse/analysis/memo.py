@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import fields
 from threading import Lock
 from typing import Any, Generic, TypeVar
@@ -38,46 +38,8 @@ def _limits_on_cores(space: Space) -> list[tuple[int | None, str, object]]:
     ]
 
 
-ABSENT = object()
-"""Stands for a response time that nothing has."""
-
-
-class Answering(View):
-    """A whole design whose response times are known, by task: whoever asks for one asks for no decision behind it.
-
-    Response times depend on nearly all decisions, so that a memory keyed by decisions would not serve for what is
-    computed of them.
-    """
-
-    __slots__ = ("known",)
-
-    def __init__(self, view: View, known: Mapping[Any, Any]) -> None:
-        super().__init__(view.design, view.groups)
-        self.known = known
-
-    def __getitem__(self, decision: Any) -> Any:
-        return self.known.get(decision, ABSENT) if type(decision) is tuple else int(self.design[decision])
-
-    def get(self, key: tuple[int, str | int] | tuple[int, int, str], default: Any = None) -> Any:
-        """A response time, by task; the default where there is none.
-
-        In ns; `key` is (number, part), as the analysis of scheduling names tasks.
-        """
-        return self.known.get(key, default)
-
-    def apart(self) -> View:
-        """A view of the design that shares no remembered figures.
-
-        For a computation with other figures of the same design.
-        """
-        return View(self.design, self.groups)
-
-
 class _Watching(View):
-    """A view that records every decision that is read, and every response time that it already knows.
-
-    What is asked becomes the path in the memory under which a value is stored.
-    """
+    """A view that records every decision that is read: the path in the memory under which a value is stored."""
 
     __slots__ = ("asked",)
 
@@ -86,14 +48,6 @@ class _Watching(View):
         self.groups = view.groups
         self.memo = {}
         self.asked: dict[Any, Any] = {}
-
-    def get(self, key: tuple[int, str | int] | tuple[int, int, str], default: Any = None) -> Any:
-        """A response time that is known, by task; the default where there is none.
-
-        In ns; `key` is (number, part). The question is noted with its answer.
-        """
-        value = self.asked[key] = self.design[key]
-        return default if value is ABSENT else value
 
     def __getitem__(self, decision: int) -> int:
         option = self.design[decision]
@@ -124,10 +78,7 @@ class _Noting(Sequence[int]):
 
 
 def consulted(view: View, formula: Callable[[View], T]) -> tuple[T, dict[int, int]]:
-    """The value of a formula, and the options of the decisions that it consults, by decision, as it asks for them.
-
-    Of response times only what decides them is asked for.
-    """
+    """The value of a formula, and the options of the decisions that it consults, by decision, as it asks for them."""
     watching = _Watching(view)
     return formula(watching), watching.asked
 
@@ -139,16 +90,6 @@ def looked_at(design: Sequence[int], formula: Callable[[View], T]) -> tuple[T, d
     """
     noting = _Noting(design)
     return formula(View(noting)), noting.seen
-
-
-def knowing(view: View) -> Answering | _Watching | None:
-    """The view where it knows response times.
-
-    None for views whose response times are computed from the decisions.
-    """
-    if isinstance(view, Answering) or (isinstance(view, _Watching) and isinstance(view.design, Answering)):
-        return view
-    return None
 
 
 class _Node(Generic[T]):

@@ -34,13 +34,12 @@ from dse.analysis.latency.joined_inputs import may_wait_for_inputs
 from dse.analysis.latency.rows import JOIN_METHOD, counts_responses
 from dse.analysis.latency.skipping import skipped_terms
 from dse.analysis.latency.stored_inputs import dispatch_gap_ns, dispatchers, may_be_stored, stored_row
-from dse.analysis.memo import Answering, Recall
+from dse.analysis.memo import Recall
 from dse.analysis.messages.stages import counted_buses, may_wait_for
 from dse.analysis.osate.latency import FlowPosition, place_rows, place_step, rivals, waiting_for_ns
 from dse.analysis.rates import is_joined, is_periodic
-from dse.analysis.scheduling.busy_window import PLAIN
 from dse.analysis.scheduling.chained import chain_wait_ns
-from dse.analysis.scheduling.responses import UNBOUNDED_NS, all_responses
+from dse.analysis.scheduling.responses import UNBOUNDED_NS
 from dse.analysis.terms import ZERO, FlowChain, Reads, Sampled, Term, exact_sum
 from dse.analysis.views import View
 from dse.space.architecture.clocks import reads_when_jobs_begin
@@ -363,7 +362,6 @@ def _placed_terms(space: Space, place: FlowPosition, name: str, kind: str) -> It
 
 
 _RANGES: Recall[tuple[int | Fraction, int | Fraction]] = Recall()
-_WAITING: Recall[tuple[Exact, Exact]] = Recall(256)
 
 
 AT_ONCE = ("latency", "min latency", "jitter")
@@ -400,9 +398,7 @@ def _element_range_ns(space: Space, element: Step | FlowPosition, view: View) ->
     range_ns: tuple[Exact, Exact] | None = view.memo.get(key)
     if range_ns is None:
         on_bus = _may_hang_on_buses(space, element)
-        if counts_responses(space) and (on_bus or not _is_delivery(element)):  # which consult all on a processor
-            range_ns = _waiting_range_ns(space, element, view)
-        elif on_bus:
+        if on_bus or (counts_responses(space) and not _is_delivery(element)):  # consults all on a bus or processor
             range_ns = _rows_range_ns(space, element, view)
         else:
             range_ns = _RANGES.recall(space, element, view, _rows_range_ns)
@@ -422,19 +418,6 @@ def _may_hang_on_buses(space: Space, element: Step | FlowPosition) -> bool:
     if element.kind == "connection":
         return bool(may_wait_for(space, element.index))
     return _follows_a_bus(space, element)
-
-
-def _waiting_range_ns(space: Space, element: Step | FlowPosition, view: View) -> tuple[Exact, Exact]:
-    """The least and greatest time of an element with response times, which are computed for a whole design at once."""
-    if type(view) is not View:
-        return _rows_range_ns(space, element, view)
-    answering: Answering | None = view.memo.get("answering")
-    if answering is None:
-        known = all_responses(space, view)
-        if not all(type(found) in PLAIN for found in known.values()):
-            return _rows_range_ns(space, element, view)
-        answering = view.memo["answering"] = Answering(view, known)
-    return _WAITING.recall(space, element, answering, _rows_range_ns)
 
 
 def _rows_range_ns(space: Space, element: Step | FlowPosition, view: View) -> tuple[Exact, Exact]:

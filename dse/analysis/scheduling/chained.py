@@ -14,7 +14,7 @@ from functools import partial, reduce
 from itertools import pairwise
 from typing import Any
 
-from dse.analysis.memo import ABSENT, Recall, knowing
+from dse.analysis.memo import Recall
 from dse.analysis.scheduling.fixed_point import solve
 from dse.analysis.scheduling.model import ChainKey, LagKey
 from dse.analysis.scheduling.resolve import resolve
@@ -27,6 +27,8 @@ from dse.space.model.space import Space
 from dse.space.model.trees import at
 from dse.support.units import Exact, picked
 
+ABSENT = object()
+"""Stands for a bound of what the design does not have."""
 _ENDS: Recall[tuple[Exact | None, ...]] = Recall()
 
 
@@ -157,8 +159,6 @@ def _end_ns(space: Space, key: ChainKey | LagKey, view: View) -> Any:
     """The bound of a chain's window or a lag in ns, None without one; `ABSENT` where the design has no such thing."""
     if type(view) is View:
         return all_responses(space, view).get(key, ABSENT)
-    if (knows := knowing(view)) is not None:
-        return knows.get(key, ABSENT)
     asked = ("end", *key)
     if asked not in view.memo:
         view.memo[asked] = _ENDS.recall(space, key, view, _found)

@@ -15,7 +15,7 @@ from fractions import Fraction
 from functools import cached_property
 from typing import Annotated, Any
 
-from dse.analysis.memo import ABSENT, Recall, knowing
+from dse.analysis.memo import Recall
 from dse.analysis.messages.stages import bus_of, counted_buses, message_key, message_stage
 from dse.analysis.scheduling.busy_window import Part, Task, TaskKey
 from dse.analysis.scheduling.fixed_point import Solution, Window, response_ns, solve
@@ -197,8 +197,7 @@ def message_waits_ns(space: Space, number: int, view: View) -> Exact:
 
     Where only some threads are to count (`View.groups`) no message waits: that is never above what it waits for.
     """
-    knows = knowing(view)
-    if (knows is None and view.groups is not None) or bus_of(space, number, view) is None:
+    if view.groups is not None or bus_of(space, number, view) is None:
         return 0
     key = message_key(space, number, view)
     response: Any
@@ -207,13 +206,9 @@ def message_waits_ns(space: Space, number: int, view: View) -> Exact:
         response, alone = solution.ends[key], solution.system.stages[key].worst_ns
     else:
         alone = message_stage(space, key[0], view).worst_ns
-        response = ABSENT if knows is None else knows.get(key, ABSENT)
-        if response is ABSENT and view.groups is not None:  # a memory of figures tells groups by this question
-            return 0
-        if response is ABSENT:
-            if ("waits", key) not in view.memo:
-                view.memo["waits", key] = _MESSAGES.recall(space, key[0], view, _message_end)
-            (response,) = view.memo["waits", key]
+        if ("waits", key) not in view.memo:
+            view.memo["waits", key] = _MESSAGES.recall(space, key[0], view, _message_end)
+        (response,) = view.memo["waits", key]
     return NO_BOUND if response is None or response >= UNBOUNDED_NS else response - alone
 
 
@@ -288,10 +283,6 @@ def bounded_response_ns(space: Space, component: int, part: Part, view: View) ->
         if (component, part) not in known:
             return alone
         response = known[component, part]
-    elif (knows := knowing(view)) is not None:
-        response = knows.get((component, part), ABSENT)
-        if response is ABSENT:
-            return alone
     else:
         key = ("end", component, part)
         if key not in view.memo:
