@@ -129,10 +129,10 @@ def _check_head(ledger: Ledger, spec: Spec, path: Path, name: str, head: str) ->
 def read_carried(ledger: Ledger, spec: Spec, name: str) -> Tree:
     """The connection whose message carries another one's data: leaves are indices, None for a message of its own."""
     given = spec.connections[name].carried_in
-    numbers = {item: number for number, item in enumerate(spec.connections)}
-    known = [head for head in given or () if head == ALONE or (head in numbers and head != name)]
+    known = [head for head in given or () if head == ALONE or (head in spec.connections and head != name)]
     if not known:
         return None
+    numbers = {item: number for number, item in enumerate(spec.connections)}
     options = tuple(None if head == ALONE else numbers[head] for head in known)
     tree: Tree = options[0]
     texts = dict(zip(options, known, strict=True))
@@ -150,11 +150,13 @@ def with_frames(ledger: Ledger, buses: Sequence[Bus], wires: Sequence[Connection
     Reports frames that are longer than those of their bus whatever is chosen.
     """
     found = list(wires)
-    for number, wire in enumerate(wires):
-        riders = tuple(other for other, item in enumerate(wires) if number in set(leaves(item.carried_in)))
-        if riders:
-            found[number] = replace(wire, riders=riders)
-            _check_length(ledger, buses, found, number)
+    riders: dict[int, list[int]] = {}
+    for other, item in enumerate(wires):
+        for number in set(leaves(item.carried_in)) - {None}:
+            riders.setdefault(number, []).append(other)
+    for number in sorted(riders):
+        found[number] = replace(wires[number], riders=tuple(riders[number]))
+        _check_length(ledger, buses, found, number)
     for number, wire in enumerate(found):
         if wire.carried_in is not None:
             found[number] = replace(
