@@ -44,7 +44,7 @@ def main() -> None:
         sys.unraisablehook = Interrupts.repeat
         _open_closed_streams()
         _outlive_readers()
-        gc.set_threshold(100_000, 20, 20)  # nearly all objects stay; looking for cycles took up to a fifth of the time
+        gc.set_threshold(200_000, 20, 20)  # nearly all objects stay; looking for cycles took up to a fifth of the time
         os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")  # we use none; looking for them takes time
         from dse.cli.postponed import postpone
 

@@ -276,7 +276,7 @@ def _document(result: Result) -> Document:
 
 def _write_reports(document: Document | None, folder: Path | None, page: str | None, *, quiet: bool) -> OSError | None:
     """The page that ``--report PATH`` asks for, the files of ``--report``; returns the failure to write the page."""
-    if document is None:
+    if document is None or not (page or folder):
         return None
     from dse.report.output import front_text, report_files
 
