@@ -7,9 +7,11 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeAlias
 
-from dse.answers.contention_verdicts import Contended, CoreUse
+from dse.analysis.diagnosis.front_verdicts import cores_of
+from dse.analysis.messages.waits import named_identifiers
+from dse.answers.contention_verdicts import Contended, CoreUse, core_use
 from dse.answers.tables.display import counted, in_base_units
-from dse.space.model.space import Design
+from dse.space.model.space import Design, Space
 from dse.support.json_fields import NULL, WHOLE, Json, Values
 
 if TYPE_CHECKING:
@@ -127,7 +129,7 @@ class FurtherDesigns:
 
 @dataclass(frozen=True)
 class KeptBy:
-    """The cores of a design of a result, and what it keeps with contention.
+    """The cores and identifiers of a design of a result, and what it keeps with contention.
 
     `cores` has the numbers of cores, from 1, by thread; `contention` is None where response times count in the question
     itself.
@@ -139,11 +141,22 @@ class KeptBy:
     core_use: Annotated[
         Mapping[str, CoreUse], "Use of each core of the processors with several cores.", Json(default={})
     ]
+    identifiers: Annotated[
+        Mapping[str, str], "The identifier, such as `0x10`, of each message that may have any.", Json(default={})
+    ]
     contention: Annotated[
         Contended | Mapping[str, Any] | None,
         "Verdict on the design with response times, where the question leaves them out.",
         Json(default=None, kind=Contended),
     ]
+
+    @staticmethod
+    def in_design(space: Space, design: Design, contention: Contended | Mapping[str, Any] | None) -> KeptBy:
+        """The cores and identifiers of a whole design, beside its verdict with contention."""
+        cores = cores_of(space, design)
+        named = {space.components[thread].name: core for thread, core in cores.items()}
+        use = core_use(space, design) if cores else {}
+        return KeptBy(named, use, named_identifiers(space, design), contention)
 
 
 @dataclass(frozen=True)
@@ -157,7 +170,8 @@ class ListedPoint:
     JSON_NAME = "Point"
     WRITTEN = (
         *("point.id", "point.rank", "point.score", "point.objectives", "point.counts", "point.decisions"),
-        *("point.is_first", "variant_of", "kept.cores", "kept.core_use", "kept.contention", "reasons"),
+        *("point.is_first", "variant_of", "kept.cores", "kept.core_use", "kept.identifiers", "kept.contention"),
+        "reasons",
     )
 
     point: Point
@@ -179,7 +193,7 @@ class ListedDesign:
     JSON_NAME = "FurtherDesign"
     WRITTEN = (
         *("item.id", "item.objectives", "item.counts", "item.decisions", "item.dominated_by", "item.different"),
-        *("kept.cores", "kept.core_use", "kept.contention"),
+        *("kept.cores", "kept.core_use", "kept.identifiers", "kept.contention"),
     )
 
     item: FurtherDesign

@@ -14,9 +14,9 @@ from html import escape
 from importlib import import_module
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, SupportsIndex, TypeVar, overload
 
-from dse.analysis.diagnosis.front_verdicts import cores_of, with_contention
+from dse.analysis.diagnosis.front_verdicts import with_contention
 from dse.answers.base import Answer, to_file
-from dse.answers.contention_verdicts import NOT_JUDGED, Contended, core_use
+from dse.answers.contention_verdicts import NOT_JUDGED, Contended
 from dse.answers.designs import (
     FurtherAsked,
     FurtherDesign,
@@ -212,13 +212,11 @@ class Result(Answer):
         ]
 
     def _kept_by(self, item: Point | FurtherDesign) -> KeptBy:
-        """The core of each thread that has several to choose from, and what the design keeps with contention."""
-        chosen = {} if self.under_way else cores_of(self.space, item.design)
-        return KeptBy(
-            {self.space.components[thread].name: core for thread, core in chosen.items()},
-            core_use(self.space, item.design) if chosen else {},
-            self.contended.get(str(item.id), NOT_JUDGED) if self.leaves_out_contention else None,
-        )
+        """The cores and identifiers of a design, and what it keeps with contention."""
+        contention = self.contended.get(str(item.id), NOT_JUDGED) if self.leaves_out_contention else None
+        if self.under_way:
+            return KeptBy({}, {}, {}, contention)
+        return KeptBy.in_design(self.space, item.design, contention)
 
     def frame(self, units: str | Sequence[str] | None = None) -> pandas.DataFrame:
         """The front as a frame, in the order of rank.

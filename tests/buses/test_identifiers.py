@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import json
 import re
 from collections.abc import Sequence
 from itertools import combinations, permutations
+from pathlib import Path
 from random import Random
 
 import pytest
@@ -15,6 +17,7 @@ from dse.analysis.messages.burdens import is_settled
 from dse.analysis.scheduling.busy_window import Task, periodic
 from dse.analysis.scheduling.policies.buses import Arbitrated
 from dse.analysis.scheduling.policies.faults import faults_of_wire, with_frame
+from dse.cli.main import run
 from dse.report.words.messages import late_message_words
 from dse.support.errors import ProblemError
 from tests.buses.test_messages import SYNC, car_bus
@@ -374,3 +377,45 @@ def test_answers_say_which_orders_of_messages_of_flows_are_left_out() -> None:
     assert sorted(point.objectives["jitter of fb"] for point in dse.solve(listed).front) == [1_232_000, 2_312_000]
     alone = dse.loads(TWO_FLOWS.replace(", minimise jitter of fb", ""))
     assert not any("are left out" in text for text in dse.check(alone).remarks)
+
+
+CHOSEN = """
+dse: 1
+name: Bus
+processor_types: {small: {cores: 1}}
+bus_types: {can_125k: {bandwidth: 125 kbit/s, frame: can}}
+processors: {one: {type: small}, other: {type: small}}
+buses: {can0: {type: can_125k}}
+devices: {motor: {period: 1 ms}}
+threads:
+  speed: {processor: one, period: 10 ms, compute_execution_time: 1 ms}
+  state: {processor: one, period: 20 ms, compute_execution_time: 1 ms}
+  limit: {processor: other, period: [10 ms, 20 ms], compute_execution_time: 1 ms}
+connections:
+  wanted: {from: speed, to: motor, data_size: 8 B, bus: can0, identifier: any}
+  seen: {from: state, to: motor, data_size: 8 B, bus: can0, identifier: any}
+  most: {from: limit, to: motor, data_size: 8 B, bus: can0, identifier: 0x10}
+flows: {speed_to_motor: {path: [speed, motor]}}
+objectives: [minimise jitter of speed_to_motor]
+"""
+
+
+def test_a_result_has_the_identifiers_of_its_designs(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("bus.yaml").write_text(CHOSEN, encoding="utf-8")
+    assert run(["solve", "bus.yaml", "--json", "result.json"]) == 0
+    assert re.search(r"^  Identifiers  wanted 0xf, seen 0x11$", capsys.readouterr().out, re.MULTILINE)
+    data = json.loads(Path("result.json").read_text(encoding="utf-8"))
+    (design,) = data["front"]
+    assert design["identifiers"] == {"wanted": "0xf", "seen": "0x11"}
+    told = dse.analyse("bus.yaml", design["decisions"]).messages["can0"]
+    assert [(item.name, item.identifier) for item in told] == [("wanted", 0xF), ("most", 0x10), ("seen", 0x11)]
+    assert run(["verify", "result.json"]) == 0
+    design["identifiers"]["wanted"] = "0x3"
+    Path("forged.json").write_text(json.dumps(data), encoding="utf-8")
+    assert run(["verify", "forged.json"]) == 4
+    capsys.readouterr()
+    assert run(["report", "forged.json"]) == 2
+    assert "alternative 1 has other identifiers than the result says" in capsys.readouterr().err

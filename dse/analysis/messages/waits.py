@@ -18,7 +18,7 @@ from dse.analysis.scheduling.responses import messages_of
 from dse.analysis.scheduling.waits import stated_name
 from dse.analysis.terms import PPM
 from dse.analysis.views import View
-from dse.space.model.space import Connection, Space
+from dse.space.model.space import Connection, Design, Space
 from dse.space.model.trees import at
 from dse.spec.schema.fields import ANY_IDENTIFIER
 from dse.support.json_fields import Data, Json, Of
@@ -146,6 +146,12 @@ def chosen_identifiers(space: Space, view: View) -> dict[int, int]:
         numbers = {entry.key: number for entry, number in zip(resource.entries, resource.wire.identifiers, strict=True)}
         found |= {number: numbers[message_key(space, number, view)] for number in free}
     return found
+
+
+def named_identifiers(space: Space, design: Design) -> dict[str, str]:
+    """The identifiers of the connections of a design that may have any, as ``0x10``, by the name of the connection."""
+    chosen = chosen_identifiers(space, View(design))
+    return {space.connections[number].name: f"{identifier:#x}" for number, identifier in sorted(chosen.items())}
 
 
 def with_identifiers(space: Space, view: View) -> Space:

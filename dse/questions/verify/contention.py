@@ -10,6 +10,7 @@ from typing import Any
 
 from dse.analysis.diagnosis.front_verdicts import ContentionReferee, cores_of, with_contention
 from dse.analysis.evaluate import Evaluator
+from dse.analysis.messages.waits import named_identifiers
 from dse.answers.contention_verdicts import NOT_JUDGED, Contended, CoreUse, core_use, judge
 from dse.answers.forms.codec import written
 from dse.answers.result import Result
@@ -101,8 +102,9 @@ def stated_verdicts(result: Result, data: Mapping[str, Any], path: str | Path) -
     for _, item in listed_designs(data):
         stated, number = item.get("contention"), str(item["id"])
         placed = {} if data.get("under_way") else placed_as(result.space, designs[number], item)
-        if any(item.get(name, {}) != own for name, own in placed.items()):
-            raise UsageError(f"{path}: alternative {number} has other cores than the result says")
+        if wrong := [name for name, own in placed.items() if item.get(name, {}) != own]:
+            what = "identifiers" if wrong == ["identifiers"] else "cores"
+            raise UsageError(f"{path}: alternative {number} has other {what} than the result says")
         if jury is None or stated is None or stated == NOT_JUDGED:
             continue
         verdicts[number] = jury.restated(designs[number], stated)
@@ -114,11 +116,17 @@ def stated_verdicts(result: Result, data: Mapping[str, Any], path: str | Path) -
 
 
 def placed_as(space: Space, design: Design, item: Mapping[str, Any]) -> dict[str, Any]:
-    """Who runs on which core and how full each is, in the words of a result; one from elsewhere may leave out that."""
+    """The cores of threads, their use, and the identifiers of messages that may have any, in the words of a result.
+
+    A result from elsewhere may leave out the last two.
+    """
     cores = {space.components[thread].name: core for thread, core in cores_of(space, design).items()}
-    if "core_use" not in item:
-        return {"cores": cores}
-    return {"cores": cores, "core_use": {name: written(CoreUse, use) for name, use in core_use(space, design).items()}}
+    placed: dict[str, Any] = {"cores": cores}
+    if "core_use" in item:
+        placed["core_use"] = {name: written(CoreUse, use) for name, use in core_use(space, design).items()}
+    if "identifiers" in item:
+        placed["identifiers"] = named_identifiers(space, design)
+    return placed
 
 
 def listed_designs(data: Mapping[str, Any]) -> list[tuple[str, Mapping[str, Any]]]:
