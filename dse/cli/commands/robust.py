@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from dse.cli.common import save
 from dse.cli.pages import in_what_is_left, print_front
 from dse.cli.printing import tell
-from dse.support.errors import EXIT_INCOMPLETE
+from dse.support.errors import EXIT_INCOMPLETE, UsageError
 from dse.support.files.writing import write_files
 from dse.support.timelimit import TimeLimit
 
@@ -25,16 +25,35 @@ def solve_robustly(
     resume: tuple[str, str | None] | None,
     budget: SearchLimits,
     tell: tuple[Callable[[Progress], None], Callable[[Any], None] | None],
+    so_far: str | None,
 ) -> RobustResult:
     """Both fronts of the question of a problem, or of a stopped search: a result and its problem file, where given.
 
-    `tell` is called with the progress, and with the state so far.
+    `tell` is called with the progress, and with the state so far, which it writes to `so_far`; a refusal leaves none.
+
+    Raises
+    ------
+    UsageError
+        when nothing can be proved of a requirement over the stated ranges.
     """
     from dse.questions.robust.robust import RobustWatcher, robust_asked
 
-    watcher = RobustWatcher(*tell)
+    progress, write = tell
+    written: list[bool] = []
+
+    def keep(result: RobustResult) -> None:
+        assert write is not None
+        write(result)
+        written.append(True)
+
+    watcher = RobustWatcher(progress, keep if write is not None else None)
     if resume is None:
-        return robust_asked(problem, budget, watcher)
+        try:
+            return robust_asked(problem, budget, watcher)
+        except UsageError:
+            if written and so_far is not None:
+                Path(so_far).unlink(missing_ok=True)
+            raise
     from dse.questions.resume import resume_robust
 
     return resume_robust(*resume, budget, watcher)

@@ -182,7 +182,8 @@ def command(
 
         with _SearchReporter(quiet=quiet) as progress:
             budget, tell = SearchLimits(time_limit, seed, workers or 1), (progress, _checkpoint(json_path))
-            study = solve_robustly(problem, (resume, file) if resume is not None else None, budget, tell)
+            asked = (resume, file) if resume is not None else None
+            study = solve_robustly(problem, asked, budget, tell, json_path)
         return show_robust(
             study,
             rank_by or "ideal",

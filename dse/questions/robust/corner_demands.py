@@ -60,8 +60,9 @@ class RobustQuestion:
         self.box = Box(uncertain)
         self.demands: dict[Demand, Limit] = {}
         self._nominal = Evaluator(self.space)
-        waits = any(item.processor is not None for item in self.space.components) or bool(counted_buses(self.space))
-        self._is_scheduled = waits and any(is_scheduled(self.space, item.metric) for item in self.space.requirements)
+        on_cores = any(item.processor is not None for item in self.space.components)
+        scheduled = any(is_scheduled(self.space, item.metric) for item in self.space.requirements)
+        self._is_scheduled = bool(counted_buses(self.space)) or (on_cores and scheduled)
         self._worsts: dict[Design, list[tuple[OutputComparison, Worst]]] = {}
         self._same_rates = not any(
             _moves_rates(self.space, variable) for item in uncertain for variable in item.variables

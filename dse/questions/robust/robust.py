@@ -135,6 +135,7 @@ class _RobustRun:
     watcher: RobustWatcher
 
     def __post_init__(self) -> None:
+        self.is_looked_at = False
         self.started = time.monotonic()
         self.limit = self.budget.limit
         self.senses = [item.sense for item in self.question.space.objectives]
@@ -183,17 +184,32 @@ class _RobustRun:
         is_nominal: bool = False,
     ) -> FrontSearch:
         """The front of the designs that meet what is demanded so far."""
-        write, checkpoint = self.watcher.checkpoint, None
-        if write is not None:
+        write = self.watcher.checkpoint
 
-            def checkpoint(state: FrontSearch) -> None:
-                assert write is not None
+        def checkpoint(state: FrontSearch) -> None:
+            if is_nominal:
+                self._look_ahead(state)
+            if write is not None:
                 write(self._result(nominal or state, self._narrowed(state), under_way=True))
 
         evaluator = self.question.nominal() if is_nominal else self.question.evaluator()
         start = baseline_design(self.question.space) if is_nominal else None
-        watch = Watch(self.watcher.progress, checkpoint)
+        watch = Watch(self.watcher.progress, checkpoint if is_nominal or write is not None else None)
         return search_front(evaluator, replace(self.budget, limit=limit), watch, earlier, start)
+
+    def _look_ahead(self, state: FrontSearch) -> None:
+        """Judge the first design that is found before the search goes on: what cannot be proved is refused there.
+
+        Raises
+        ------
+        UsageError
+            when nothing can be proved of a requirement over the stated ranges.
+        """
+        if not self.is_looked_at:
+            for design in list(state.points.values())[:1]:
+                with suppress(OutOfTime), until(self.limit):
+                    self.question.expect(design)
+                self.is_looked_at = True
 
     def _narrowed(self, search: FrontSearch) -> FrontSearch:
         """What a search found, its designs that are not proved robust left out."""

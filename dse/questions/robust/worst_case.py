@@ -15,6 +15,7 @@ from fractions import Fraction
 from itertools import product
 
 from dse.analysis.latency.rows import counts_responses
+from dse.analysis.messages.stages import counted_buses
 from dse.analysis.rates import may_poll
 from dse.questions.sensitivity.design_function import DesignFunction, OutputComparison
 from dse.questions.sensitivity.intervals import (
@@ -31,6 +32,8 @@ from dse.questions.sensitivity.intervals import (
 )
 from dse.questions.sensitivity.traced_numbers import STEPS, Program, TooManyGuardsError
 from dse.questions.sensitivity.uncertainty import Uncertain
+from dse.space.model.space import Space
+from dse.space.question.metrics import by_first_fit
 from dse.support.units import is_unbounded
 
 MOST_FREE = 10
@@ -223,10 +226,8 @@ class Box:
         if jumps:
             names = self._behind(program, [side for item in jumps for side in item[:2]])
             raise NotProvedError(
-                f"a figure moves in steps within the stated ranges, of which nothing can be proved (with {names}), "
-                "as response times may where more than execution and transmission times vary, or first-fit places "
-                "threads: state one value, and cores, or leave response times out (deadlines: none, "
-                "processing: execution_time)"
+                f"a figure moves in steps within the stated ranges, of which nothing can be proved: state one value of "
+                f"{names}{_remedies(function.inputs.problem.space)}"
             )
         if len(self.uncertain) > MOST_FREE:
             raise NotProvedError(f"too many uncertain inputs ({len(self.uncertain)}) around a comparison")
@@ -240,6 +241,20 @@ class Box:
         return ", ".join(
             item.path for item in self.uncertain if inside & {variable.index for variable in item.variables}
         )
+
+
+def _remedies(space: Space) -> str:
+    """The settings of a problem without which times do not wait, in words; empty where none of them is left."""
+    settings = [
+        "deadlines: none" if space.deadlines != "none" else "",
+        "processing: execution_time" if space.processing == "response_time" else "",
+        "bus_queuing: not_counted" if counted_buses(space) else "",
+    ]
+    cores = any(any(by_first_fit(space, number)) for number in range(len(space.processors)))
+    found = ["cores stated for all threads"] * cores + list(filter(None, settings))
+    return f" (where it is a response time or a wait that moves, this may help as well: {', '.join(found)})" * bool(
+        found
+    )
 
 
 class _BoxedProgram:

@@ -6,10 +6,12 @@ that of the shorter ones (J. P. Lehoczky, RTSS 1990; N. Audsley et al., Software
 does the least fixed point of response times and the jitter that they pass on (K. Tindell and J. Clark, 1994). The same
 holds of executors, reservations and segments (docs/semantics.md, sections 4.6 to 4.8): their bounds too are the
 greatest, over jobs, of a least time by which all that is demanded until then is done, and longer jobs and more jitter
-demand more. A response time grows at least as fast as the thread's own longest execution time, which is all in its last
-job. So the jitter that a thread passes on, response time less shortest execution time, grows too where the longest time
-grows no slower than the shortest. Over the box a response time lies between those at the two corners where all of these
-are least and most, and its derivative is at least that of the thread's own longest time: enough for the signs of
+demand more. It holds of messages that wait for a bus, too (section 5.4): their bounds are the greatest over jobs of
+such times, or the lesser of two of them, and transmissions and a bit of the wire are demanded as execution is. A
+response time grows at least as fast as the thread's own longest execution time (a message's longest transmission),
+which is all in its last job. So the jitter that is passed on, response time less shortest time, grows too where the
+longest time grows no slower than the shortest. Over the box a response time lies between those at the two corners where
+all of these are least and most, and its derivative is at least that of the own longest time: enough for the signs of
 `dse.questions.robust.worst_case`.
 """
 
@@ -21,14 +23,14 @@ from fractions import Fraction
 from typing import Any
 
 from dse.analysis.binding import transmission_ns
-from dse.analysis.messages.stages import counted_buses
+from dse.analysis.messages.stages import bus_of, counted_buses, identifier_range
 from dse.analysis.scheduling.busy_window import TaskKey
 from dse.analysis.scheduling.fixed_point import solve
-from dse.analysis.scheduling.model import EndKey
+from dse.analysis.scheduling.model import EndKey, Stage
 from dse.analysis.scheduling.order import Schedule, Turn
 from dse.analysis.scheduling.policies.coupled import behind_next, releaser_on_core
 from dse.analysis.scheduling.resolve import resolve
-from dse.analysis.scheduling.responses import UNBOUNDED_NS, all_responses, counted_ns
+from dse.analysis.scheduling.responses import UNBOUNDED_NS, all_responses, counted_ns, messages_of
 from dse.analysis.scheduling.tasks import alone_ns, elapsed_ns
 from dse.analysis.views import View
 from dse.questions.robust.worst_case import Box, Corner, Worst
@@ -56,6 +58,7 @@ from dse.questions.sensitivity.traced_numbers import (
 )
 from dse.space.architecture.chains import follows
 from dse.space.model.space import Design, Space
+from dse.space.model.trees import at
 from dse.support.units import is_unbounded
 
 Responses = Mapping[EndKey, Any]
@@ -71,7 +74,7 @@ class ScheduledFunction(DesignFunction):
     def __init__(self, inputs: InputSpace, design: Design, motion: Motion, box: Box) -> None:
         self._known: tuple[Values, Responses] = ((), {})
         low, high = (box.values(inputs.nominal, corner) for corner in (motion.least, motion.most))
-        least, most = (all_responses(inputs.at(values), View(design)) for values in (low, high))
+        least, most = (_ends(inputs.at(values), design) for values in (low, high))
         ends = {key: (_counted(least[key]), _counted(most[key])) for key in sorted(least, key=_order)}
         self.keys = tuple(ends)
         """The tasks that have response times."""
@@ -100,12 +103,12 @@ class ScheduledFunction(DesignFunction):
         if traced:
             first = len(self.inputs.variables)
             responses = {key: _variable(responses[key], number) for number, key in enumerate(self.keys, first)}
-        view.memo["responses"] = responses
+        view.memo["responses"] = view.memo["message ends"] = responses
         return view
 
     def _responses(self, values: Values) -> Responses:
         if self._known[0] != tuple(values):
-            self._known = (tuple(values), all_responses(self.inputs.at(values), View(self.design)))
+            self._known = (tuple(values), _ends(self.inputs.at(values), self.design))
         return self._known[1]
 
     def broken_without_bound(self, box: Box) -> list[tuple[OutputComparison, Worst]]:
@@ -119,6 +122,13 @@ class ScheduledFunction(DesignFunction):
         outputs = self.analysed(box.values(self.inputs.nominal, self.top))
         worsts = [(bound, Worst(self.top, outputs[bound.value], outputs[bound.limit])) for bound in self.outputs.bounds]
         return worsts if self.broken(outputs) else []
+
+
+def _ends(space: Space, design: Design) -> Responses:
+    """The response times of all tasks of a design, and of its messages as latencies count them."""
+    view = View(design)
+    messages = messages_of(space, view).ends if counted_buses(space) else {}
+    return {**all_responses(space, view), **{key: end for key, end in messages.items() if key[1] == "message"}}
 
 
 def _order(key: EndKey) -> tuple[int, str]:
@@ -146,7 +156,7 @@ class Motion:
     signs: tuple[int, ...]
     """For each uncertain input 1 where response times rise with it, -1 where they fall, 0 where they do neither."""
     own: Mapping[TaskKey, tuple[Interval, ...]]
-    """The slopes of each task's longest execution time in each of them."""
+    """The slopes of each task's longest execution time, or transmission, in each of them."""
 
     def response(self, key: EndKey, ends: Interval) -> Further:
         """The response time of a task as a variable, from its ends: it moves at least as its execution time does.
@@ -171,7 +181,7 @@ class Motion:
 def motion_of(inputs: InputSpace, design: Design, box: Box) -> Motion | None:
     """The direction in which response times move over the box; None where the theorem does not give it.
 
-    It does not where messages wait. It is known of threads that keep their cores and priorities, where execution
+    It is known of threads that keep their cores and priorities, and of messages that keep their order, where execution
     and transmission times may vary.
 
     Raises
@@ -179,15 +189,14 @@ def motion_of(inputs: InputSpace, design: Design, box: Box) -> Motion | None:
     NotProvedError
         when some response times may rise and others fall with an input, or there are too many comparisons.
     """
-    if counted_buses(inputs.at(inputs.nominal)):
-        return None
     ranges = box.ranges(inputs.nominal)
     space, view = inputs.at(inputs.nominal, traced=True), View(design)
     with watching() as guards:
         schedule = Schedule(space, view)
         turns = [turn for *_, core in schedule.all_cores() for turn in core]
-        times = list(_times(space, turns, view))
         stages = resolve(space, view).stages
+        messages = [stage for key, stage in stages.items() if key[1] == "message"]
+        times = list(_times(space, turns, messages, view))
         for stage in stages.values():  # of which a shortest time decides how often it comes
             if (before := releaser_on_core(stages, stage)) is not None:
                 behind_next(stage, before)  # for its comparisons, which are guards
@@ -201,7 +210,8 @@ def motion_of(inputs: InputSpace, design: Design, box: Box) -> Motion | None:
     values, seeds = values_over(program, ranges), seeds_of(box.uncertain)
     slopes = [slopes_over(program, values, item) for item in seeds]
     signs = tuple(_sign(program, one, item.path) for one, item in zip(slopes, box.uncertain, strict=True))
-    own = {turn.key: tuple(one[program.outputs[2 * number]] for one in slopes) for number, turn in enumerate(turns)}
+    keys = [*(turn.key for turn in turns), *(stage.key for stage in messages)]
+    own = {key: tuple(one[program.outputs[2 * number]] for one in slopes) for number, key in enumerate(keys)}
     ends = (tuple(int(sign * way > 0) for sign in signs) for way in (-1, 1))
     return Motion(space, next(ends), next(ends), signs, own)
 
@@ -218,13 +228,21 @@ def _tasks_of(space: Space, key: EndKey) -> list[TaskKey]:
     return [(number, "thread") for number in numbers]
 
 
-def _times(space: Space, turns: list[Turn], view: View) -> Iterator[tuple[Any, Any]]:
-    """The longest and shortest of each time that response times are made of: first of the tasks, in their order."""
+def _times(space: Space, turns: list[Turn], messages: list[Stage], view: View) -> Iterator[tuple[Any, Any]]:
+    """The longest and shortest of each time that response times are made of: first of tasks and messages, in order."""
     for number, part in (turn.key for turn in turns):
         is_piece = space.components[number].pieces is not None
         yield (elapsed_ns(space, number, view) if is_piece else alone_ns(space.components[number], part, view))[::-1]
+    for stage in messages:
+        yield stage.worst_ns, stage.best_ns
     for turn in turns:
         yield turn.blocked_ns, 0
+    for stage in messages:
+        for release in stage.releases:
+            yield release.most_ns - release.least_ns, 0
+        bus = bus_of(space, stage.key[0], view)
+        if bus is not None and at(space.buses[bus].arbitration, view) == "priority":
+            yield identifier_range(space, bus, view)[0], 0
     for component in space.components:
         yield alone_ns(component, "thread", view)[::-1]
         for wire in component.triggers:
