@@ -141,6 +141,17 @@ connections:
   m4: {from: d3, to: sink, port: data, data_size: 1 B, carried_in: m3}
 objectives: [minimise price]
 """
+NUMBERED = """
+dse: 1
+name: numbered
+bus_types:
+  slow: {bandwidth: 250 kbit/s, frame: can, price: 1 EUR}
+  fast: {bandwidth: 500 kbit/s, frame: can, price: 1 EUR}
+buses: {b: {type: [slow, fast]}}
+devices: {sink: {}, d: {period: 5 ms}}
+connections: {m: {from: d, to: sink, port: data, bus: b, data_size: 8 B, identifier: any}}
+objectives: [minimise price]
+"""
 LATE_ON_LINK = """
 dse: 1
 name: late on a link
@@ -218,6 +229,7 @@ PROBLEMS = {
     "contended": CONTENDED,
     "late_message": LATE_MESSAGE,
     "late_on_link": LATE_ON_LINK,
+    "numbered": NUMBERED,
     "pump": PUMP,
     "node": NODE,
     "shared": SHARED,
@@ -236,6 +248,7 @@ COMMANDS = (
     "solve pump.yaml --max-jitter 5ms --json never.json",
     "solve pump.yaml --max-jitter 5ms --max-price 100EUR --max-load 1% --json nothing.json",
     "solve shared.yaml --further 1 --within 50% --json shared.json",
+    "solve numbered.yaml --further 1 --json numbered.json",
     "solve uncertain.yaml --robust --json robust.json",
     "solve rounded.yaml --json rounded.json",
     "solve overloaded.yaml --json overloaded.json",

@@ -17,8 +17,13 @@ from dse.analysis.messages.burdens import is_settled
 from dse.analysis.scheduling.busy_window import Task, periodic
 from dse.analysis.scheduling.policies.buses import Arbitrated
 from dse.analysis.scheduling.policies.faults import faults_of_wire, with_frame
+from dse.answers.ranking.reasons import Reasoner
 from dse.cli.main import run
-from dse.report.words.messages import late_message_words
+from dse.report.content.front.document import Document
+from dse.report.content.front.first_screen import first_page
+from dse.report.page import Text
+from dse.report.words.messages import identifier_words, late_message_words
+from dse.report.words.reasons import sentences
 from dse.support.errors import ProblemError
 from tests.buses.test_messages import SYNC, car_bus
 from tests.helpers.effort import cases
@@ -220,6 +225,23 @@ def test_the_jitter_of_a_message_may_hang_on_another_through_threads_on_its_way(
     text = "\n".join([*lines, f"  m1: {{from: t1, to: sink, {sent}: 2}}"])
     timed = text.replace("  t1: {processor: p, dispatch_protocol: aperiodic}", "  t1: {processor: p, period: 5 ms}")
     assert [is_settled(dse.loads(one).ask().space) for one in (text, timed)] == [False, True]
+
+
+def test_chosen_numbers_beside_those_of_the_baseline_in_explanations_and_exports() -> None:
+    """A message whose baseline has 0x90 goes right before 0x60: its deadline leaves it no later place."""
+    text = DAVIS.replace("ANY0", "[0x90, any]").replace("ANY1", "0x60").replace("ANY2", "0x70").replace("ANY3", "0x80")
+    text = text.replace("data_size: 0 B, deadline: 630 us", "data_size: 0 B, deadline: 700 us")
+    text += "baseline: {m0: {identifier: 0x90}}\nobjectives: [minimise changes]\n"
+    found = dse.solve(dse.loads(text))
+    (point,) = found.front
+    assert point.decisions == {"m0.identifier": "any"}
+    assert identifier_words(found.space, point.design) == ["m0 0x5f (0x90 in the baseline)"]
+    page = first_page(Document(found))
+    said = [block.text for section in page.sections for block in section.blocks if isinstance(block, Text)]
+    assert "  Identifiers  m0 0x5f (0x90 in the baseline)" in said
+    told = sentences(found, Reasoner(found).reasons(0))
+    assert [item.text for item in told if item.label == "Chosen identifiers"] == ["m0 0x5f (0x90 in the baseline)."]
+    assert "#   m0: 0x5f" in dse.export(found, 1)
 
 
 @pytest.mark.parametrize(("edit", "said"), [("0x181", "identifier: anything"), ("0x181", "identifier: [any, any]")])

@@ -11,6 +11,7 @@ from typing import Any
 import yaml
 
 from dse.analysis.diagnosis.front_verdicts import core_by, cores_of
+from dse.analysis.messages.waits import named_identifiers
 from dse.analysis.views import View
 from dse.answers.exports.formats import in_comment
 from dse.answers.exports.yaml_editing import YamlDocument, flow_mapping
@@ -53,7 +54,8 @@ def fixed_problem(text: str, result: Result, design: Design, title: str, folder:
     _question(draft, result)
     _rules(draft, space, rest, design)
     _baseline(draft, space, design)
-    return "".join(f"# {in_comment(line)}\n" for line in (title, *_cores(space, design))) + draft.result()
+    remarks = (title, *_cores(space, design), *_identifiers(space, design))
+    return "".join(f"# {in_comment(line)}\n" for line in remarks) + draft.result()
 
 
 def _joins(draft: YamlDocument, space: Space, design: Design) -> None:
@@ -84,6 +86,15 @@ def _cores(space: Space, design: Design) -> Iterator[str]:
             ]
             if names:
                 yield f"  {slot.name}, core {core}: {', '.join(names)}"
+
+
+def _identifiers(space: Space, design: Design) -> Iterator[str]:
+    """The identifiers that a rule gives, as remarks: stated they would no longer follow when something else changes."""
+    chosen = named_identifiers(space, design)
+    if chosen:
+        yield "Identifiers of messages with `identifier: any` (write the number at a connection to keep it):"
+    for name, number in chosen.items():
+        yield f"  {name}: {number}"
 
 
 def without(text: str, error: ProblemError) -> str | None:

@@ -7,13 +7,14 @@ from dataclasses import replace
 
 from dse.analysis.diagnosis.bus_timelines import worst_bus_period
 from dse.analysis.messages.late import LateMessage
-from dse.analysis.messages.waits import MessageResponse
+from dse.analysis.messages.waits import MessageResponse, named_identifiers
 from dse.analysis.scheduling.policies.buses import Arbitrated
 from dse.analysis.scheduling.policies.transmit_queues import QueuedMessage
 from dse.answers.tables.display import readable
 from dse.report.amounts import listed
 from dse.report.page import Table, Timeline
 from dse.report.words.scheduling import GROWS, busy_timeline, deadline_cells, in_ms, no_bound_words
+from dse.space.model.space import Design, Space
 
 HEADINGS = (
     "message", "identifier", "priority", "transmission", "queued", "response time", "deadline", "", "slack", "blocked",
@@ -125,6 +126,21 @@ def _waits_for(item: MessageResponse) -> str:
     if item.over_ns:
         waits.append(f"of which {in_ms(item.over_ns)} are over at its arrival")
     return ", ".join(waits)
+
+
+def identifier_words(space: Space, design: Design) -> list[str]:
+    """The identifiers of messages of a design that may have any: ``m3 0x10 (0x183 in the baseline)``.
+
+    In the order of the file; empty where each message has a stated one.
+    """
+    found = []
+    for name, number in named_identifiers(space, design).items():
+        index = space.decision_index(f"{name}.identifier")
+        option = space.baseline.get(index) if index is not None else None
+        before = None if index is None or option is None else space.decisions[index].values[option]
+        is_other = isinstance(before, int) and f"{before:#x}" != number
+        found.append(f"{name} {number}" + (f" ({before:#x} in the baseline)" if is_other else ""))
+    return found
 
 
 def late_message_words(late: LateMessage) -> str:

@@ -18,6 +18,7 @@ from dse.answers.tables.display import counted, readable
 from dse.report.amounts import deltas_words, difference_words, listed, margin_words, rate_words
 from dse.report.words.clocks import boundary_words
 from dse.report.words.contention import contended_words, cores_origin, own_core_words, placed_words
+from dse.report.words.messages import identifier_words
 from dse.space.architecture.activation import exclusions
 from dse.space.model.space import Space
 from dse.space.question.open_cores import cores_beside
@@ -89,6 +90,8 @@ def sentences(result: Result, reasons: Reasons) -> list[Sentence]:
     lines += [Sentence("On one clock", said) for said in boundary_words(reasons.analysis.boundaries)]
     if placed := placed_words(result.space, reasons.point.design):
         lines.append(Sentence(f"Cores{cores_origin(result.space)}", ". ".join(placed) + "."))
+    if numbered := identifier_words(result.space, reasons.point.design):
+        lines.append(Sentence("Chosen identifiers", f"{', '.join(numbered)}."))
     if result.leaves_out_contention:
         own = own_core_words(result.space) if cores_beside(result.space) else ""
         said = contended_words(result.contended.get(str(reasons.point.id)), currency, own=own)

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from functools import cached_property
 
-from dse.analysis.messages.waits import named_identifiers
 from dse.answers.designs import Point
 from dse.answers.ranking.changes import counted_changes
 from dse.answers.ranking.kinds import Kind, kinds_of
@@ -35,6 +34,7 @@ from dse.report.words.headline import (
     title_words,
     unbounded_words,
 )
+from dse.report.words.messages import identifier_words
 from dse.report.words.missing import outlook_table
 from dse.report.words.reasons import (
     baseline_words,
@@ -263,10 +263,9 @@ class Screen:
         else:
             yield Text(recommended_words(result, kind, self.names, "Recommended"), "strong", hang=2)
             yield Text(f"  Cost     {cost_words(result, kind.point)}", hang=HANG + 2)
-        chosen = named_identifiers(result.space, nearest[0].design) if len(nearest) == 1 else {}
-        if chosen:
-            said = [f"{name} {number}" for name, number in chosen.items()]
-            yield Text(f"  Identifiers  {first_of(said, 2 * MOST_SAME, ' (dse analyse --design)')}", hang=15)
+        numbered = identifier_words(result.space, nearest[0].design) if len(nearest) == 1 else []
+        if numbered:
+            yield Text(f"  Identifiers  {first_of(numbered, 2 * MOST_SAME, ' (--explain)')}", hang=15)
         changed = counted_changes(result.space, nearest[0].design) if len(nearest) == 1 else None
         if changed:
             yield Text(f"  Changes  {changes_counted_words(changed)}.", hang=HANG + 2)
