@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 
 import pytest
@@ -47,6 +48,15 @@ def test_what_is_written_is_read_again(frame: str, tmp_path: Path) -> None:
     assert numbers["pdo"] < 0x20 < numbers["sync"]
     assert found[(numbers["pdo"],)][0] == (8,)
     assert found[(0x20,)] == ((2,), (50,))
+
+
+def test_what_no_database_says_is_said_before_a_missing_package(monkeypatch: pytest.MonkeyPatch) -> None:
+    for name in ("cantools", "cantools.database", "cantools.database.can"):
+        monkeypatch.setitem(sys.modules, name, None)
+    with pytest.raises(UsageError, match="CAN FD"):
+        written("{protocol: can_fd, data_bandwidth: 8 Mbit/s}", "12 B")
+    with pytest.raises(UsageError, match="needs cantools"):
+        written()
 
 
 @pytest.mark.parametrize(

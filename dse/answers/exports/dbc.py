@@ -48,11 +48,11 @@ def can_database(space: Space, design: Design, title: str) -> str:
         when the design has no bus with frames of CAN, or several, or a message there without an identifier or a size,
         in several frames, or more often than every millisecond; or cantools is not installed.
     """
-    with needed_for("A CAN database", "can"):
-        from cantools.database.can import Database, Message, Node, Signal
     view = View(design)
     bus, frame = _bus(space, view)
     rows = list(_rows(space, bus, frame, view))
+    with needed_for("A CAN database", "can"):
+        from cantools.database.can import Database, Message, Node, Signal
     nodes, names = _names(row.sender for row in rows if row.sender), _names(row.name for row in rows)
     messages = [
         Message(
