@@ -9,9 +9,9 @@ A device that nothing dispatches has no releases: it takes what comes when it co
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial, reduce
-from typing import NamedTuple
+from typing import Any, NamedTuple, TypeVar
 
 from dse.analysis.latency.deliveries import delivery_ns
 from dse.analysis.latency.processing import callback_ns, processing_row, skipped_ns
@@ -26,6 +26,8 @@ from dse.space.model.flows import Step
 from dse.space.model.space import Component, Space
 from dse.space.model.trees import at, leaves
 from dse.support.units import Exact, picked
+
+T = TypeVar("T")
 
 
 def stored_row(space: Space, step: Step, component: Component, view: View) -> Row | None:
@@ -122,12 +124,19 @@ def dispatch_gap_ns(space: Space, number: int, view: View) -> Exact:
     Messages that come while a job runs, sooner than a separation or sooner than a stated rate may be lost, which adds
     that time where messages can come so closely (docs/semantics.md, section 3.1).
     """
-    if counts_responses(space) or counted_buses(space):  # which consult all on a processor or bus
-        return _gap_ns(space, number, view)
-    return _GAPS.recall(space, number, view, _gap_ns)
+    return _recalled(_GAPS, space, number, view, _gap_ns)
 
 
 _GAPS: Recall[Exact] = Recall()
+_DELIVERIES: Recall[tuple[Exact, Exact]] = Recall()
+_PROCESSING: Recall[tuple[Exact, Exact]] = Recall()
+
+
+def _recalled(memory: Recall[T], space: Space, key: Any, view: View, formula: Callable[[Space, Any, View], T]) -> T:
+    """The value of a formula, from memory where nothing waits: what waits consults all on a processor or bus."""
+    if counts_responses(space) or counted_buses(space):
+        return formula(space, key, view)
+    return memory.recall(space, key, view, formula)
 
 
 def _gap_ns(space: Space, number: int, view: View) -> Exact:
@@ -225,7 +234,7 @@ def _to_timer(space: Space, wire: int, distances: Mapping[int, Distance], view: 
 def _deliveries(space: Space, wire: int, distances: Mapping[int, Distance], view: View) -> Distance:
     """The distance of the messages of a connection."""
     connection = space.connections[wire]
-    least, most = delivery_ns(space, wire, view)
+    least, most = _recalled(_DELIVERIES, space, wire, view, delivery_ns)
     apart: Exact = 0
     if connection.states_rate or connection.source is None:
         rate = rate_hz(space, ("delivery", wire), view)
@@ -245,5 +254,9 @@ def processing_ns(space: Space, pieces: Sequence[int], view: View) -> tuple[Exac
 
     A pair, summed over the pieces.
     """
+    return _recalled(_PROCESSING, space, tuple(pieces), view, _processing_ns)
+
+
+def _processing_ns(space: Space, pieces: Sequence[int], view: View) -> tuple[Exact, Exact]:
     rows = [processing_row(space, space.components[item], view) for item in pieces]
     return sum(row.min_ns for row in rows), sum(row.max_ns for row in rows)
