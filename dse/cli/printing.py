@@ -6,8 +6,12 @@ these functions and the console of `dse.cli.common` alone. Files, also on standa
 
 from __future__ import annotations
 
+import sys
+
 import click
 
+LEAST_COLUMNS = 20
+"""No message is set in fewer columns, however narrow the terminal."""
 KEPT = "\t\n"
 _STEERING = (
     *range(0x20), *range(0x7F, 0xA0),  # C0, DEL, C1
@@ -50,11 +54,28 @@ def say(text: str) -> None:
 
 
 def tell(text: str) -> None:
-    """Print a line on standard error.
+    """Print a line on standard error, on a terminal in lines of its width.
 
-    Escape sequences in the text are shown as text.
+    Escape sequences in the text are shown as text. A pipe gets each message in one line.
     """
-    click.echo(visible(text), err=True)
+    shown = visible(text)
+    if sys.stderr.isatty():
+        import shutil
+
+        width = max(shutil.get_terminal_size().columns, LEAST_COLUMNS)
+        shown = "\n".join(_wrapped(line, width) for line in shown.split("\n"))
+    click.echo(shown, err=True)
+
+
+def _wrapped(line: str, width: int) -> str:
+    """A line in lines of at most so many columns, further ones indented; words, such as paths, stay whole."""
+    if len(line) <= width:
+        return line
+    import textwrap
+
+    return textwrap.fill(
+        line, width, subsequent_indent="  ", break_long_words=False, break_on_hyphens=False, replace_whitespace=False
+    )
 
 
 def rewrite(text: str) -> None:

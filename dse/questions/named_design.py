@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 from dse.answers.reading import decisions_in, read_result
@@ -47,8 +49,8 @@ def named_design(problem: Problem, texts: Sequence[str]) -> NamedDesign:
     UsageError
         when a result cannot be read, has no such alternative, or its decisions or question do not fit the problem.
     """
-    own = [text for text in texts if _reference(text) is None]
-    references = [reference for text in texts if (reference := _reference(text)) is not None]
+    own = [text for text in texts if design_reference(text) is None]
+    references = [reference for text in texts if (reference := design_reference(text)) is not None]
     if len(references) > 1:
         raise UsageError("a design is one alternative of one result, and decisions on top of it: two are named")
     if not references:
@@ -73,9 +75,17 @@ def named_design(problem: Problem, texts: Sequence[str]) -> NamedDesign:
     )
 
 
-def _reference(text: str) -> tuple[str, str] | None:
+def design_reference(text: str) -> tuple[str, str] | None:
+    """The result file and the id that ``FILE#ID`` names; None for other texts.
+
+    FILE ends with ``.json``, or is the name of a file that is there, and ID a number.
+    """
     path, mark, number = text.rpartition("#")
-    return (path, number) if mark and path.endswith(".json") else None
+    is_named = path.endswith(".json")
+    if not is_named and number.strip().isdecimal():
+        with suppress(OSError, ValueError):  # a text that cannot be a path
+            is_named = Path(path).is_file()
+    return (path, number) if mark and is_named else None
 
 
 def _name(text: str) -> str:

@@ -135,7 +135,7 @@ def test_a_refusal_says_what_helps_and_leaves_no_result(tmp_path: Path) -> None:
         solve_robust(steps("frame: can", "20 ms", what))
     quiet = {"deadlines": "none", "processing": "execution_time", "bus_queuing": "not_counted"}
     with pytest.raises(dse.UsageError, match=r"state one value of connections\.m\.data_size$"):
-        solve_robust(steps("frame: can", "20 ms", what).ask(**quiet))  # type: ignore[arg-type]
+        solve_robust(steps("frame: can", "20 ms", what).ask(**quiet))
     file, result = tmp_path / "steps.yaml", tmp_path / "result.json"
     file.write_text(STEPS.replace("FRAME", "frame: can").replace("LIMIT", "20 ms").replace("WHAT", what), "utf-8")
     run = CliRunner().invoke(cli, ["solve", str(file), "--robust", "--json", str(result)])

@@ -10,6 +10,7 @@ import pytest
 
 import dse
 from dse.cli.main import run
+from dse.examples.shipped import example_path
 
 OPEN_CORES = [["--processing", "response-time"], ["--deadlines", "all"]]
 PLANT = """\
@@ -157,3 +158,15 @@ def test_a_file_that_has_changed_since_is_told(plant: Path, solved: Path, capsys
 def test_a_design_is_one_alternative(plant: Path, solved: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert run(["analyse", str(plant), "--design", f"{solved}#1", "--design", f"{solved}#2"]) == 2
     assert "one alternative of one result" in capsys.readouterr().err
+
+
+def test_a_result_may_have_any_name(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """`FILE#ID` names a design of any file that is there; where there is none a decision is expected."""
+    result = tmp_path / "found.result"
+    starter = str(example_path("starter"))
+    result.write_text(dse.solve(starter).to_json(), "utf-8")
+    assert run(["analyse", starter, "--design", f"{result}#1"]) == 0
+    assert f"design #1 of {result}" in capsys.readouterr().out
+    assert run(["compare", f"{result}#1", f"{result}#2"]) == 0
+    assert run(["analyse", starter, "--design", f"{tmp_path}/none#1"]) == 2
+    assert "expected NAME = VALUE" in capsys.readouterr().err

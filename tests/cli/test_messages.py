@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+import os
+import pty
 import re
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -184,3 +188,17 @@ def test_no_path_is_suggested_that_is_like_nothing(tmp_path: Path, capsys: pytes
     found = said(["sweep", str(path), "--vary", "control.perod=1ms,2ms"], 2, capsys)
     assert 'no quantity of the problem is called "control.perod" (did you mean "threads.control.period"?)' in found
     assert "did you mean" not in said(["sweep", str(path), "--vary", "max wurst=1ms,2ms"], 2, capsys)
+
+
+def test_messages_are_set_in_lines_of_the_terminal() -> None:
+    """A message on a terminal breaks between words at its width; what is piped is one line."""
+    code = "from dse.cli.printing import tell; tell('dse: ' + 'some words ' * 20 + '/a/long/path' * 10)"
+    master, slave = pty.openpty()
+    with os.fdopen(master, "rb", 0) as read:
+        subprocess.run([sys.executable, "-c", code], check=True, stderr=slave, env={**os.environ, "COLUMNS": "60"})
+        os.close(slave)
+        lines = read.read(10_000).decode().splitlines()
+    assert max(map(len, lines[:-1])) <= 60 and len(lines) == 5 and lines[1].startswith("  ")
+    assert lines[-1].strip() == "/a/long/path" * 10
+    piped = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True)
+    assert piped.stderr.count("\n") == 1

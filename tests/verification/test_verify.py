@@ -17,6 +17,8 @@ from dse.analysis.validity import canonical
 from dse.answers.ranking.order import ranked_by
 from dse.cli.main import run
 from dse.examples.shipped import example_path
+from dse.questions.problem import load
+from dse.questions.verify.points import Bench
 from dse.search import lexicographic
 from dse.search.solver_answer import Unfinished
 from dse.support.errors import UsageError
@@ -225,3 +227,20 @@ def test_a_problem_with_nothing_to_decide_is_refuted_and_that_is_verified(tmp_pa
     assert not result.front
     for method in ("exhaustion", "model"):
         assert dse.verify(tmp_path / "r.json", method=method).findings == ()
+
+
+def test_findings_about_designs_and_proofs_come_before_those_about_ranks() -> None:
+    """Of 60 shifted ranks ten are listed and the rest is counted; an open region comes before them."""
+    data = starter()
+    bench = Bench(data, load(STARTER))
+    for number in range(60):
+        bench.find(f"front[{number}].rank", "is another one")
+    bench.find("refuted", "nothing is said of a region")
+    listed = bench.listed()
+    assert (listed[0].place, len(listed)) == ("refuted", 12)
+    assert str(listed[-1]) == "front[].rank: 50 more such findings"
+    shifted = copy.deepcopy(data)
+    for point in shifted["front"]:
+        point["rank"] += 1
+    del shifted["refuted"][0]
+    assert places(shifted)[0] == "refuted"

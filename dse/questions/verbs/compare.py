@@ -13,6 +13,7 @@ from dse.answers.comparison import DesignComparison, ResultComparison, compare_d
 from dse.answers.result import Result
 from dse.answers.robust import RobustResult
 from dse.questions.complete_design import baseline_design
+from dse.questions.named_design import design_reference
 from dse.questions.reopen import reopen
 from dse.questions.verbs.export import find_design
 from dse.space.model.space import Space
@@ -90,8 +91,8 @@ def _read(side: Side, problem: str | Path | None) -> Result | Analysis | _Compar
         )
     if str(side) == BASELINE:
         return None
-    path, mark, number = str(side).rpartition("#")
-    if mark and path.endswith(".json"):
+    if (reference := design_reference(str(side))) is not None:
+        path, number = reference
         return _ComparedDesign(path, number, reopen(path, problem))
     return reopen(side, problem)
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
@@ -30,6 +32,13 @@ from dse.verification.scheduling.sampling import own_value
 BEYOND = 2**62
 """No objective reaches it."""
 MOST_FINDINGS = 50
+MOST_OF_A_KIND = 10
+"""The greatest number of findings that are listed of one kind, such as the rank of a point."""
+
+
+_NUMBER = re.compile(r"\[\d+\]")
+_OF_ORDER = re.compile(r"(^|\.)(ranking\.words|front\[\d*\]\.(id|rank|score|variant_of))$")
+"""Places of findings about the order of designs, which change neither a design nor what is proved."""
 
 
 class Witness(Protocol):
@@ -89,14 +98,31 @@ class Bench:
     vectors: list[tuple[int, ...]] = field(default_factory=list)
     positions: list[int] = field(default_factory=list)
     has_moved: bool = False
+    kinds: Counter[str] = field(default_factory=Counter)
 
     def find(self, place: str, text: str) -> None:
         """Note that something is wrong.
 
-        `place` is a path such as ``front[3].metrics``. Findings beyond `MOST_FINDINGS` are dropped.
+        `place` is a path such as ``front[3].metrics``. Findings beyond `MOST_OF_A_KIND` at one kind of place are
+        counted.
         """
-        if len(self.findings) < MOST_FINDINGS:
+        kind = _NUMBER.sub("[]", place)
+        self.kinds[kind] += 1
+        if self.kinds[kind] <= MOST_OF_A_KIND:
             self.findings.append(Finding(place, text))
+
+    def listed(self) -> tuple[Finding, ...]:
+        """The findings to list: those about designs and proofs first, how many more there are, then ids and ranks.
+
+        At most `MOST_FINDINGS`.
+        """
+        more = [
+            Finding(kind, f"{count - MOST_OF_A_KIND} more such findings")
+            for kind, count in self.kinds.items()
+            if count > MOST_OF_A_KIND
+        ]
+        found = [*self.findings, *more]
+        return tuple(sorted(found, key=lambda item: bool(_OF_ORDER.search(item.place)))[:MOST_FINDINGS])
 
     @contextmanager
     def in_time(self, so_far: str) -> Iterator[None]:

@@ -70,7 +70,7 @@ def _verify_with(
         result=name,
         problem="the problem that the result itself carries" if origin.is_carried else str(origin.problem.loaded.path),
         status=status,  # type: ignore[arg-type]
-        findings=tuple(bench.findings),
+        findings=bench.listed(),
         checked=tuple(bench.checked),
         left_open=tuple(bench.left_open),
         remarks=tuple(bench.remarks),
