@@ -17,6 +17,7 @@ from typing import Any
 from ortools.sat.python import cp_model
 
 from dse.analysis.evaluate import Evaluator
+from dse.answers.ranking.core_numbering import numbered_like
 from dse.encode.model import EncodedSpace, encode
 from dse.search.referee import accepted
 from dse.search.regions import Bound
@@ -26,6 +27,9 @@ from dse.search.workers import heard
 from dse.space.model.space import Design
 from dse.support.errors import RefereeError
 from dse.support.timelimit import OutOfTime
+
+MOST_COPIES = 100
+"""How many designs that differ by a swap of equal cores alone are passed over for one point."""
 
 
 @dataclass(frozen=True)
@@ -92,7 +96,7 @@ class Finder:
             strategy.stop()
         for known in (design, *besides):
             strategy.exclude(known)
-        spread = _Spread(encoded, [design])
+        spread, copies, known_designs = _Spread(encoded, [design]), 0, [design, *besides]
         designs: list[tuple[Design, tuple[int, ...]]] = []
         while True:
             strategy.set_box(lower, upper)
@@ -110,12 +114,22 @@ class Finder:
             strategy.exclude(answer.design)
             if evaluation is None:
                 continue
+            if self._is_copy(evaluation.design, known_designs):
+                copies += 1
+                if copies > MOST_COPIES:
+                    return Neighbourhood(tuple(designs), more=None)
+                continue
             if not self._is_near(evaluation.objectives, objectives, within):
                 raise RefereeError(f"the solver's design has other objectives than it claims: {evaluation}")
             if len(designs) == count:
                 return Neighbourhood(tuple(designs), more=True)
             designs.append((evaluation.design, evaluation.objectives))
+            known_designs.append(evaluation.design)
             spread.add(evaluation.design)
+
+    def _is_copy(self, design: Design, known: Sequence[Design]) -> bool:
+        """Whether a design differs from a known one by the numbers of equal cores alone."""
+        return any(numbered_like(self.evaluator.space, design, other) == other for other in known)
 
     def _weighed(self, strategy: Strategy) -> Callable[[], Answer]:
         """A question that finds, with a design, all its figures, for as long as there is time."""

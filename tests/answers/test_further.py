@@ -4,16 +4,19 @@ from __future__ import annotations
 
 from dataclasses import replace
 from fractions import Fraction
+from itertools import combinations
 
 import pytest
 
 import dse
 from dse.analysis.evaluate import Evaluator
+from dse.answers.ranking.changes import changes_between
 from dse.answers.result import Result
 from dse.questions.verbs.alternatives import read_share, with_further_designs
 from dse.report.words.reasons import dominated_words, others_words
 from dse.search.alternatives import Finder
 from dse.support.errors import UsageError
+from tests.helpers.support import PROBLEMS
 
 # Price and utilisation depend on the processor alone; bus and `spare` are free: each point has 2 * 3 = 6 designs.
 PROBLEM = """
@@ -136,3 +139,13 @@ def test_near_designs_with_the_objectives_of_another_point_are_not_dominated() -
         assert others_words(others).startswith("3 other designs with each objective at most 5 % worse")
     ties = [sibling for item in found.others if not item.within for sibling in item.designs]
     assert [dominated_words(sibling, found) for sibling in ties] == ["", ""]
+
+
+def test_a_swap_of_equal_cores_is_no_further_design() -> None:
+    """The robot's first point has designs of the same objectives that differ in the numbers of its cores alone."""
+    result = with_further_designs(dse.solve(PROBLEMS / "inmark.yaml", max_jitter="20 ms"), 2, top=1)
+    (group,) = result.others
+    designs = [result.front[0].design, *(item.design for item in group.designs)]
+    assert len(designs) == 3 and all(
+        changes_between(result.space, one, other) for one, other in combinations(designs, 2)
+    )
