@@ -12,11 +12,11 @@ import dse
 from dse.analysis.evaluate import Evaluator
 from dse.answers.ranking.changes import changes_between
 from dse.answers.result import Result
+from dse.examples.shipped import example_path
 from dse.questions.verbs.alternatives import read_share, with_further_designs
 from dse.report.words.reasons import dominated_words, others_words
 from dse.search.alternatives import Finder
 from dse.support.errors import UsageError
-from tests.helpers.support import PROBLEMS
 
 # Price and utilisation depend on the processor alone; bus and `spare` are free: each point has 2 * 3 = 6 designs.
 PROBLEM = """
@@ -143,7 +143,7 @@ def test_near_designs_with_the_objectives_of_another_point_are_not_dominated() -
 
 def test_a_swap_of_equal_cores_is_no_further_design() -> None:
     """The robot's first point has designs of the same objectives that differ in the numbers of its cores alone."""
-    result = with_further_designs(dse.solve(PROBLEMS / "inmark.yaml", max_jitter="20 ms"), 2, top=1)
+    result = with_further_designs(dse.solve(example_path("inmark"), max_jitter="20 ms"), 2, top=1)
     (group,) = result.others
     designs = [result.front[0].design, *(item.design for item in group.designs)]
     assert len(designs) == 3 and all(
