@@ -13,6 +13,7 @@ from dse.space.model.space import Space
 from dse.support.errors import TooLargeError
 from tests.helpers.bus_systems import draw_bus_problem
 from tests.helpers.effort import cases
+from tests.helpers.identifier_systems import draw_identifier_problem
 from tests.helpers.tuned import learn_instead_of_tabulating
 from tests.oracle import evaluator as oracle
 
@@ -72,3 +73,13 @@ def test_fronts_are_those_of_all_designs(seed: int, few: bool, monkeypatch: pyte
 def test_what_is_played_contradicts_nothing(seed: int) -> None:
     text = draw_bus_problem(seed, decisions=0)
     assert not dse.simulate(dse.loads(text), runs=3, seed=seed).contradictions
+
+
+@pytest.mark.parametrize("seed", cases(4, 300))
+def test_fronts_with_faults_and_any_identifier_are_those_of_all_designs(seed: int) -> None:
+    """Rows of a bus count no more faults than there are, in the search and in the second proof."""
+    faults = f"fault_interval: {('2 ms', '5 ms', '[3 ms, 9 ms]')[seed % 3]}, fault_burst: {(1, 2, '[1, 2]')[seed % 3]}"
+    text = draw_identifier_problem(seed, decisions=2).replace("frame: can,", f"frame: can, {faults},")
+    result = dse.solve(dse.loads(text))
+    assert {tuple(point.objectives.values()) for point in result.front} == front_of(result.space)
+    assert not dse.verify(result, method="model").findings

@@ -3,7 +3,9 @@
 Whoever is the last of the messages S that are due by E ends at some t <= E, behind a frame of any message beside them,
 and behind all others of S, with each of their jobs that comes until its last frame begins:
 
-    longest frame beside S + sum over S of jobs(t) C <= t        for some t <= E
+    longest frame beside S + sum over S of jobs(t) C + faults(t) <= t        for some t <= E
+
+(faults(t) is what those of the wire cost until then: an error frame and the longest frame of S each.)
 
 A message k that is due later has no part in that unless it goes before the last of S for sure: it has a lower number
 than some message of S. Then it adds C u, with u true where both have these numbers. (A literal for each E and number
@@ -19,6 +21,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from itertools import pairwise
 from math import floor
 from typing import Any
@@ -29,6 +32,7 @@ from dse.analysis.messages.frames import apart, has_own_message, longest_frame_n
 from dse.analysis.messages.stages import (
     candidate_of,
     counted_buses,
+    faults_on,
     identifier_range,
     is_comparable,
     is_each_alone,
@@ -37,6 +41,7 @@ from dse.analysis.messages.stages import (
 )
 from dse.analysis.scheduling.busy_window import most_jobs
 from dse.analysis.scheduling.policies.executor_work import jobs_by
+from dse.analysis.scheduling.policies.faults import ERROR_BITS
 from dse.analysis.scheduling.resolve import released_undelayed
 from dse.analysis.views import PartialView, View, allowed_options, tabulate
 from dse.encode.linear import EXACT_LIMIT, Board, Given
@@ -314,7 +319,7 @@ class _OnBus:
         blocker = blocker if blocked is None else None
         counted = [self._due_parts(message, time) for message in due]
         for (begin, end), literal in zip(ends, chosen, strict=True):
-            row = _Row(board, 0, floor(end * scale), blocked)
+            row = _Row(board, floor(self._faulty(due, time, begin, bit) * scale), floor(end * scale), blocked)
             if blocker is not None:
                 row.add(blocker.own, _section(blocker), scale)
             for cases, riders in counted:
@@ -330,6 +335,19 @@ class _OnBus:
                     least -= _section(blocker) if message is blocker else 0
                     row.add(before[message.number], least, scale)
             row.demand([*where, *needed, literal])
+
+    def _faulty(self, due: Sequence[_Message], time: Exact, begin: Exact, bit: Exact) -> Exact:
+        """The least that faults cost until some time after `begin`: an error frame and a frame that is sent again each.
+
+        That frame is as long as the longest that is due by `time` for sure.
+        """
+        cases = tabulate(self.board.space, partial(faults_on, self.board.space, self.bus), MOST_CASES, self.given)
+        known = [case.value for case in cases or () if case.value is not None]
+        if not known or len(known) < len(cases or ()):
+            return 0
+        sure = [one for one in due if one.is_always_due(time) and one.own is self.board.true]
+        hit = max(map(_section, sure), default=min(map(_section, due)))
+        return min(jobs_by(faults, begin) for faults in known) * (ERROR_BITS * bit + hit)
 
     def _blocked(self, beside: Sequence[_Message], scale: int, where: Sequence[Any]) -> tuple[Any, int] | None:
         """A variable that is as long as the longest of some frames at least, and its greatest value.

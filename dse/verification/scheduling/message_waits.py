@@ -39,17 +39,17 @@ class MessageWaits:
 
     def _add_bus(self, bus: int, variables: Mapping[int, Any]) -> None:
         asked = [
-            (kind, bit, messages, own)
-            for kind, bit, messages in self.rows.by_type(bus)
+            (kind, wire, messages, own)
+            for kind, wire, messages in self.rows.by_type(bus)
             for own in messages
             if -1 - own.number in variables
         ]
-        for kind, bit, messages, own in asked:
+        for kind, wire, messages, own in asked:
             key = -1 - own.number
             variable, model, works = variables[key], self.rows.model, list[Any]()
             most = int(max(one.longest_ns for one in messages) * self.scale)
             begun = model.new_int_var(0, most, "")
-            window = bit + sum(_one_job(one) for one in messages if self._is_sure(own, one))
+            window = wire.bit_ns + sum(_one_job(one) for one in messages if self._is_sure(own, one))
             for one in messages:
                 if one is own:
                     continue

@@ -27,7 +27,16 @@ from dse.analysis.messages.assignment import Candidate
 from dse.analysis.messages.burdens import burdens, goes_first, is_settled
 from dse.analysis.messages.conflicts import Conflict, conflicts, is_own_deadline, open_identifiers
 from dse.analysis.messages.frames import added, apart, has_own_message, longest_frame_ns
-from dse.analysis.messages.stages import candidate_of, counted_buses, identifier_range, is_comparable, limit_ns
+from dse.analysis.messages.stages import (
+    candidate_of,
+    counted_buses,
+    faults_on,
+    identifier_range,
+    is_comparable,
+    limit_ns,
+)
+from dse.analysis.scheduling.busy_window import Task
+from dse.analysis.scheduling.policies.faults import ERROR_BITS
 from dse.analysis.scheduling.resolve import released_undelayed
 from dse.analysis.scheduling.responses import message_waits_ns, with_threads
 from dse.analysis.views import PartialView, View, tabulate
@@ -61,8 +70,8 @@ class BusRows:
         self.limited = limited_by_deadline(space, limits)
         self._literals: dict[tuple[int, int], Any] = {}
         for bus in counted_buses(space) if self.limited else ():
-            for kind, bit, messages in self.by_type(bus):
-                self._add_times(kind, bit, messages)
+            for kind, wire, messages in self.by_type(bus):
+                self._add_times(kind, wire, messages)
 
     def _is(self, decision: int, option: int) -> Any:
         """A literal that is true exactly where a decision has an option."""
@@ -85,8 +94,8 @@ class BusRows:
         self.model.add_bool_or([made, *(self._is(*item).negated() for item in conditions)])
         return made
 
-    def by_type(self, bus: int) -> Iterator[tuple[Any, Exact, list[Sent]]]:
-        """For each type of a bus on which numbers decide its literal, its bit (ns), and the messages always on it."""
+    def by_type(self, bus: int) -> Iterator[tuple[Any, _Wire, list[Sent]]]:
+        """For each type of a bus on which numbers decide its literal, its wire, and the messages always on it."""
         space, slot = self.space, self.space.buses[bus]
         if set(leaves(slot.broadcast)) != {False} or not is_comparable(space):
             return
@@ -94,7 +103,10 @@ class BusRows:
             given = {slot.type_decision: option}
             if (bit := self._bit(bus, given)) is not None:
                 found = (self._message(bus, number, given) for number in range(len(space.connections)))
-                yield self._is(slot.type_decision, option), bit, [one for one in found if one]
+                faults = tabulate(space, partial(faults_on, space, bus), MOST_CASES, given) or []
+                sure = [case.value for case in faults if case.value is not None]
+                wire = _Wire(bit, sure if len(sure) == len(faults) else [])
+                yield self._is(slot.type_decision, option), wire, [one for one in found if one]
 
     def _bit(self, bus: int, given: dict[int, int]) -> Exact | None:
         """The time of a bit, in ns, where numbers decide on a bus of a type; None where that is not sure."""
@@ -107,10 +119,10 @@ class BusRows:
         bits = tabulate(space, bit_of, MOST_CASES, given) or []
         return bits[0].value if len({case.value for case in bits}) == 1 else None
 
-    def _add_times(self, kind: Any, bit: Exact, messages: Sequence[Sent]) -> None:
+    def _add_times(self, kind: Any, wire: _Wire, messages: Sequence[Sent]) -> None:
         times = {item.limit_ns for one in messages for _, item in one.cases}
         for time in sorted(time for time in times if time is not None):
-            self._add_time(messages, time, bit, kind)
+            self._add_time(messages, time, wire, kind)
 
     def _message(self, bus: int, number: int, given: dict[int, int]) -> Sent | None:
         space, wire = self.space, self.space.connections[number]
@@ -157,7 +169,7 @@ class BusRows:
             whole if riders else longest,
         )
 
-    def _add_time(self, messages: Sequence[Sent], time: Exact, bit: Exact, kind: Any) -> None:
+    def _add_time(self, messages: Sequence[Sent], time: Exact, wire: _Wire, kind: Any) -> None:
         due = [one for one in messages if one.is_due(time) or one.carried_until(time)]
         others = [one for one in messages if one not in due]
         if not any(one.is_due(time) for one in due):
@@ -172,13 +184,14 @@ class BusRows:
         if any(one.own is not None or one.carried for one in others):
             blocked, frame, blocker = self._longest_of(open_frames, kind), 0, None
         there = [self._there(one, time) for one in due]
+        sure = [one.frame_ns for one in due if one.is_due(time) and one.own is None]
+        hit, bit = max(sure, default=min(one.frame_ns for one in due)), wire.bit_ns
         parts = []
         for begin, end in _intervals(due, time, last, bit):
-            row: list[tuple[Any, int]] = [(None, int(frame * FINE))]
+            row: list[tuple[Any, int]] = [(None, int(frame * FINE) + int(wire.faulty_ns(begin, hit) * FINE))]
             for one, present in zip(due, there, strict=True):
-                works = [
-                    _work(item, begin, last, bit, time) if one.is_due(time) else _one_job(item) for _, item in one.cases
-                ]
+                is_due = one.is_due(time)
+                works = [_work(item, begin, last, bit, time) if is_due else _one_job(item) for _, item in one.cases]
                 row += [(literal, int(work * FINE)) for (literal, _), work in zip(present.cases, works, strict=True)]
                 jobs = min(int(work / _one_job(item)) for (_, item), work in zip(one.cases, works, strict=True))
                 row += [(literal, int(extra * FINE) * jobs) for literal, extra in present.carried]
@@ -251,6 +264,20 @@ class BusRows:
 
     def _implies(self, literals: Sequence[Any], made: Any) -> None:
         self.model.add_bool_or([made, *(item.negated() for item in literals if item is not None)])
+
+
+@dataclass(frozen=True)
+class _Wire:
+    """A type of a bus: the time of a bit, in ns, and the faults that there are at least, in some of these ways."""
+
+    bit_ns: Exact
+    faults: list[Task]
+
+    def faulty_ns(self, begin: Exact, hit_ns: Exact) -> Exact:
+        """The least that faults cost until some time after `begin`, where each has a frame of `hit_ns` sent again."""
+        streams = [stream for task in self.faults for stream in task.streams]
+        counts = ((begin + stream.jitter_ns) // stream.period_ns + 1 for stream in streams)
+        return min(counts, default=0) * (ERROR_BITS * self.bit_ns + hit_ns)
 
 
 @dataclass(frozen=True)
