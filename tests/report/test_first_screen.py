@@ -170,6 +170,20 @@ def test_the_ranking_under_limits_and_weights_is_that_of_dse(browser: Browser, f
 
 
 @needs_browser
+def test_a_card_calls_its_own_design_lowest_alone(browser: Browser, file: Path, robot: dse.Result) -> None:
+    """The design of a card has the lowest jitter or price itself, not another one of its kind."""
+    browser.open(file)
+    pair = "[card.dataset.id, card.querySelector('em').textContent]"
+    cards = browser.run(f"[...document.querySelectorAll('.cards li')].map((card) => {pair})")
+    points = {point.id: point for point in robot.front}
+    for name in [info.name for info in robot.objectives]:
+        least = min(point.objectives[name] for point in robot.front)
+        for number, said in cards:
+            if f"lowest {name.split(' of ')[0]}" in said:
+                assert points[int(number)].objectives[name] == least, (number, said)
+
+
+@needs_browser
 def test_two_designs_stand_side_by_side_and_a_link_keeps_them(browser: Browser, file: Path) -> None:
     browser.open(file)
     cards = browser.run("[...document.querySelectorAll('.cards li')].map((card) => card.textContent)")

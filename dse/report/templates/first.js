@@ -82,8 +82,7 @@ window.dseFirst = (page) => {
       if (id === top) tags.push(first.recommends || state.kept || !isEqual() ? "recommended" : "first in rank");
       if (inside.length && records.length > 1) {
         infos.forEach((info, axis) => {
-          const here = inside.map((one) => byId.get(one));
-          if (!everywhere[axis] && best(axis, here) === best(axis, records)) tags.push(`${info.sense === "minimise" ? "lowest" : "highest"} ${first.short[axis]}`);
+          if (!everywhere[axis] && best(axis, [record]) === best(axis, records)) tags.push(`${info.sense === "minimise" ? "lowest" : "highest"} ${first.short[axis]}`);
         });
       }
       card.querySelector("em").textContent = inside.length ? (tags[0] === "recommended" || tags[0] === "first in rank" ? tags[0] : tags.join(", ")) : "outside the limits";
