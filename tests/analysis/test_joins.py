@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from fractions import Fraction
 from itertools import product
 from typing import Literal
@@ -14,7 +14,9 @@ import dse
 from dse.analysis.evaluate import Evaluator
 from dse.analysis.measures import all_metrics, build_measure
 from dse.analysis.scheduling.busy_window import Stream
-from dse.analysis.scheduling.event_models import joined
+from dse.analysis.scheduling.event_models import joined, looked_at
+from dse.analysis.scheduling.fixed_point import solve
+from dse.analysis.scheduling.resolve import resolve
 from dse.analysis.scheduling.responses import UNBOUNDED_NS
 from dse.analysis.views import View
 from tests.helpers.effort import cases
@@ -22,6 +24,7 @@ from tests.helpers.joins import draw_join
 from tests.helpers.support import brute_front
 from tests.oracle.evaluator import designs, evaluate, load_text
 
+MS = 10**6
 METHODS: tuple[Literal["model", "exhaustion"], ...] = ("model", "exhaustion")
 FUSION = """
 dse: 1
@@ -206,6 +209,50 @@ def test_a_timer_goes_on_at_its_first_release_after_all_have_come() -> None:
     assert ranges_ms(fast) == ranges_ms(HYBRID)
 
 
+SLOW_INPUTS = """
+dse: 1
+name: odometry of two slow encoders
+processing: response_time
+processor_types: {pc: {cores: 2}}
+processors: {pc: {type: pc}}
+devices:
+  left: {period: 100 ms, latency: 0 ms .. 2 ms}
+  right: {period: 100 ms, latency: 0 ms .. 2 ms}
+threads:
+  odometry: {processor: pc, core: 1, dispatch_protocol: hybrid, period: 10 ms, join: all,
+             callback_execution_time: 1 ms, compute_execution_time: 1 ms .. 2 ms}
+  after: {processor: pc, core: 2, dispatch_protocol: aperiodic, compute_execution_time: 10 ms .. 33 ms}
+connections:
+  l: {from: left, to: odometry}
+  r: {from: right, to: odometry}
+  o: {from: odometry, to: after}
+flows: {f: {path: [left, odometry, after]}}
+"""
+
+
+def test_a_timer_that_waits_for_its_inputs_releases_what_follows_as_often_as_they_come() -> None:
+    """A thread of 33 ms behind a timer of 10 ms whose inputs come every 100 ms."""
+    system = solve(resolve(dse.loads(SLOW_INPUTS).space, View(())))
+    tasks = {key: system.windows.events.task((key, "thread")) for key in (2, 3)}
+    assert tasks[2] is not None
+    assert (tasks[2].streams, tasks[2].separation_ns) == ((Stream(100 * MS, 13 * MS),), 10 * MS)
+    assert tasks[3] is not None
+    assert tasks[3].streams == (Stream(100 * MS, 16 * MS),)
+    assert system.ends[3, "thread"] == 33 * MS
+    assert figure(SLOW_INPUTS, "latency of f") == 2 * MS + 2 * MS + 103 * MS + 10 * MS + 4 * MS + 33 * MS
+
+
+def test_the_period_of_the_timer_alone_does_not_bound_the_jitter_of_jobs() -> None:
+    """Of inputs of different rates: one of 100 waits for one of 99 up to 98, then that one waits for it."""
+    arrivals = [range(0, 11_000, 100), range(98, 11_000, 99)]
+    jobs = published(arrivals, range(11_000), is_early=True)
+    assert jobs[98] - jobs[0] == 98 * 99
+    (stream,) = looked_at([(Stream(100),), (Stream(99),)], [True, True], 1)
+    assert stream == Stream(100, 100)
+    (stream,) = looked_at([(Stream(100),), (Stream(30),)], [True, True], 1)
+    assert stream == Stream(100, 31)
+
+
 # --- against every pattern --------------------------------------------------------------------------------------------
 
 
@@ -286,6 +333,42 @@ def test_no_pattern_releases_more_jobs(periods: tuple[int, int], jitters: tuple[
                     window = jobs[last] - begin + 1  # half-open, just behind the last
                     most = sum(-(-(window + item.jitter_ns) // item.period_ns) for item in streams)
                     assert last - first + 1 <= most
+
+
+def published(arrivals: Sequence[Sequence[int]], ticks: Iterable[int], *, is_early: bool) -> list[int]:
+    """When a timer finds a message of each input, which it takes; if `is_early` also one that comes just then."""
+    taken, found = [0] * len(arrivals), list[int]()
+    for tick in ticks:
+        there = [sum(time < tick or (is_early and time == tick) for time in times) for times in arrivals]
+        if all(now > before for now, before in zip(there, taken, strict=True)):
+            taken = there
+            found.append(tick)
+    return found
+
+
+@pytest.mark.parametrize("period", [1, 2, 3, 5])
+@pytest.mark.parametrize(
+    ("periods", "jitters"), [((3, 3), (1, 2)), ((2, 4), (1, 1)), ((2, 3), (0, 2)), ((4, 5), (0, 0)), ((3, 5), (1, 1))]
+)
+def test_no_pattern_publishes_more_often(periods: tuple[int, int], jitters: tuple[int, int], period: int) -> None:
+    """Of a hybrid thread that waits for all of its inputs, steady ones or not."""
+    ways = [(Stream(period, jitter),) for period, jitter in zip(periods, jitters, strict=True)]
+    known = [looked_at(ways, [is_steady] * 2, period) for is_steady in (False, True)]
+    closest = dict[int, int]()  # the shortest time of so many jobs
+    for later in phases(periods):
+        drawn = [list(patterns(*given)) for given in zip(periods, jitters, (4, 4), later, strict=True)]
+        for one, other in product(*drawn):
+            last = min(one[-1], other[-1])
+            for phase, is_early in product(range(period), (False, True)):
+                jobs = published((one, other), range(phase, last + 1, period), is_early=is_early)
+                for count in range(2, len(jobs) + 1):
+                    spans = (jobs[place + count - 1] - jobs[place] for place in range(len(jobs) - count + 1))
+                    closest[count] = min(closest.get(count, 10**9), *spans, 10**9)
+    assert closest
+    for count, span in closest.items():
+        assert span >= (count - 1) * period
+        for streams in known:
+            assert count <= sum(-(-(span + 1 + item.jitter_ns) // item.period_ns) for item in streams)
 
 
 # --- drawn ------------------------------------------------------------------------------------------------------------

@@ -270,3 +270,48 @@ class Joins:
         if all(len(way) == 1 for way in known):
             return ((min(way[0][0] for way in known), max(way[0][1] for way in known)),)
         return tuple(stream for way in known for stream in way)
+
+    def published(
+        self,
+        name: str,
+        arriving: dict[str, list[tuple[int, Fraction]] | None],
+        callback: tuple[int, Fraction | None],
+        steady: set[str],
+    ) -> list[tuple[int, Fraction]]:
+        """The streams of jobs of a hybrid thread, from those of the messages, and what its callback takes."""
+        if [] in arriving.values():
+            return []
+        timer = self.reading.period_ns(name) or 0
+        least, most = callback
+        stored = {
+            connection: [(period, late + most - least) for period, late in way]
+            for connection, way in arriving.items()
+            if way is not None and most is not None
+        }
+        if not stored:
+            return [(timer, Fraction(0))]
+        rates = {connection: sum(Fraction(1, period) for period, _ in way) for connection, way in stored.items()}
+        slowest = min(stored, key=lambda connection: rates[connection])
+        if rates[slowest] >= Fraction(1, timer):
+            return [(timer, Fraction(0))]
+        (period, late), *others = stored[slowest]
+        if others:
+            return [(period, late + period), *others]
+        ones = {connection: way[0] for connection, way in stored.items() if len(way) == 1}
+        alike = [way for way in ones.values() if way[0] == period]
+        bounds = [min(way[0] + way[1] for way in alike)]
+        rest = [each for each in arriving if each not in ones or ones[each][0] != period]
+        if all(each in ones and each in steady for each in rest):
+            waits = [late + timer + sum(ones[each]) for each in rest]
+            bounds.append(max([*(way[1] + timer for way in alike), *waits]))
+        return [(period, min(bounds))]
+
+    def is_steady(self, connection: str) -> bool:
+        """Whether a connection that waits for no bus brings a message in each period."""
+        sender = self.problem.component(connection).get("from")
+        if sender is None:
+            return True
+        if self.reading.states_rate(connection) or self.reading.segments(sender) or self.reading.is_polled(sender):
+            return False
+        protocol = self.reading.protocol(sender)
+        return protocol == "periodic" or (protocol == "hybrid" and not self.joins(sender))

@@ -381,6 +381,8 @@ class Scheduling:
         period = self.reading.period_ns(name) if self.reading.has_period(name) else None
         if part == "timer" and protocol in ("periodic", "hybrid"):
             assert period is not None, name
+            if protocol == "hybrid" and self.reading.joins.joins(name):
+                return Releases(self._published(name), period)
             return Releases(((period, Fraction(0)),))
         arriving = self._joined(name) if part == "timer" and self.reading.joins.joins(name) else self._arriving(name)
         apart = period if part == "timer" and protocol == "sporadic" else None
@@ -392,6 +394,14 @@ class Scheduling:
             name, {connection: self._delivered(connection) for connection in self.reading.triggers(name)}
         )
         return found
+
+    def _published(self, name: str) -> tuple[tuple[int, Fraction], ...]:
+        """The jobs of a timer that finds a message of each trigger."""
+        callback = self.times((name, "callback"))[0], self.of(name, "callback")
+        arriving = {connection: self._delivered(connection) for connection in self.reading.triggers(name)}
+        joins = self.reading.joins
+        steady = {each for each in arriving if each not in self.buses.bus_of and joins.is_steady(each)}
+        return tuple(joins.published(name, arriving, callback, steady))
 
     def _arriving(self, name: str) -> tuple[tuple[int, Fraction], ...] | None:
         found: list[tuple[int, Fraction]] = []

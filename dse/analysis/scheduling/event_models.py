@@ -53,6 +53,8 @@ class EventModels:
                     if release.after is not None:
                         for item in {release.after, self.stages[release.after].first}:
                             self._followers.setdefault(item, []).append(stage.key)
+                if stage.stored_by is not None:
+                    self._followers.setdefault(stage.stored_by, []).append(stage.key)
         todo = list(self._followers.get(key, ()))
         while todo:
             item = todo.pop()
@@ -143,6 +145,10 @@ class EventModels:
 
     def _found(self, stage: Stage) -> Streams:
         ways = [self._way(release) for release in stage.releases]
+        if stage.stored_by is not None and ways:
+            assert stage.separation_ns is not None
+            stored = [self._stored(way, self.stages[stage.stored_by]) for way in ways]
+            return looked_at(stored, [release.is_steady for release in stage.releases], stage.separation_ns)
         if stage.rooms and ways:
             return joined(ways, stage.rooms)
         found: list[Stream] = []
@@ -162,6 +168,14 @@ class EventModels:
             return None
         spread = release.most_ns - release.least_ns
         return (*found, *(Stream(item.period_ns, item.jitter_ns + spread) for item in leaving))
+
+    def _stored(self, way: Streams, callback: Stage) -> Streams:
+        """The streams at which a callback has stored what comes in one way."""
+        end = self.ends.get(callback.key, callback.worst_ns)
+        if way is None or end is None:
+            return None
+        spread = max(end, callback.worst_ns) - callback.best_ns
+        return tuple(Stream(item.period_ns, item.jitter_ns + spread) for item in way)
 
     def _leaving(self, key: TaskKey) -> Streams:
         """The streams at which jobs of a stage end: of all bounds on their jitter the least."""
@@ -236,6 +250,45 @@ def joined(ways: Sequence[Streams], rooms: Sequence[int | None]) -> Streams:
     if len(single) == len(ways):
         return (Stream(min(item.period_ns for item in single), _longest(item.jitter_ns for item in single)),)
     return tuple(item for way in known for item in way)
+
+
+def looked_at(ways: Sequence[Streams], are_steady: Sequence[bool], period_ns: int) -> tuple[Stream, ...]:
+    """The streams of jobs of a timer that finds an event of each way, of which it takes all at once.
+
+    In the last period before the first job of a time some way had no event yet: all that it has had since are of that
+    period and the time. Of each way one event at most is older than the first job. Of a slower way no event is older
+    than the longest time that another one may have none (docs/semantics.md, section 3.8).
+
+    >>> looked_at([(Stream(100, 20),), (Stream(100, 60),)], [False, False], 10)
+    (Stream(period_ns=100, jitter_ns=70),)
+    >>> looked_at([(Stream(100, 0),), (Stream(30, 5),)], [True, True], 10)
+    (Stream(period_ns=100, jitter_ns=45),)
+    >>> looked_at([(Stream(100, 0),), (Stream(30, 5),)], [False, False], 10)
+    (Stream(period_ns=100, jitter_ns=100),)
+    >>> looked_at([(Stream(10, 5),), None], [True, True], 10)
+    (Stream(period_ns=10, jitter_ns=0),)
+    """
+    known = [way for way in ways if way is not None]
+    slowest = min(known, key=lambda way: sum(Fraction(1) / one.period_ns for one in way), default=None)
+    if slowest is None or sum(Fraction(1) / one.period_ns for one in slowest) * period_ns >= 1:
+        return (Stream(period_ns),)
+    first, *more = slowest
+    late: list[Exact] = [first.jitter_ns + period_ns]
+    held_back: list[Exact] = [first.jitter_ns + first.period_ns]
+    is_known = not more
+    for way, is_steady in zip(ways, are_steady, strict=True):
+        if way is slowest:
+            continue
+        one = way[0] if way is not None and len(way) == 1 else None
+        if one is not None and one.period_ns == first.period_ns:
+            late.append(one.jitter_ns + period_ns)
+            held_back.append(one.jitter_ns + one.period_ns)
+        elif one is not None and is_steady:
+            late.append(late[0] + one.period_ns + one.jitter_ns)
+        else:
+            is_known = False
+    bounds = [*held_back, _longest(late)] if is_known else held_back
+    return (Stream(first.period_ns, reduce(min, bounds)), *more)
 
 
 def _spaced(stage: Stage, streams: Streams) -> Streams:

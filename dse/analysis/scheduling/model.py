@@ -40,13 +40,15 @@ the latest release of a thread that needs all its inputs (section 3.8).
 class Release:
     """One way in which a stage is released: by a source of its own, or by the end of another stage.
 
-    A source is a `stream` of releases. What the stage `after` sends arrives `least_ns` to `most_ns` after its end.
+    A source is a `stream` of releases. What the stage `after` sends arrives `least_ns` to `most_ns` after its end. It
+    `is_steady` where something comes in each period, later by the jitter at most: none is lost.
     """
 
     stream: Stream | None = None
     after: TaskKey | None = None
     least_ns: Exact = 0
     most_ns: Exact = 0
+    is_steady: bool = False
 
 
 class Stated(NamedTuple):
@@ -100,6 +102,9 @@ class Stage:
     paired_ns
         of one that needs an event of each of its releases, and holds no job back, the longest period of the timers that
         these come from.
+    stored_by
+        of the timer of a hybrid thread that needs an event of each of its releases the stage that stores them: jobs
+        come when the timer, of the period `separation_ns`, finds all stored. None where events release jobs at once.
     """
 
     key: TaskKey
@@ -119,6 +124,7 @@ class Stage:
     keeps: int | None = None
     stated: Stated | None = None
     paired_ns: int | None = None
+    stored_by: TaskKey | None = None
 
     @property
     def first(self) -> TaskKey:
@@ -128,7 +134,7 @@ class Stage:
     @property
     def is_lone(self) -> bool:
         """Whether its releases depend on no other stage."""
-        return all(release.after is None for release in self.releases)
+        return self.stored_by is None and all(release.after is None for release in self.releases)
 
 
 @dataclass(frozen=True, slots=True)

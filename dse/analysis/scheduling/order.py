@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 from functools import partial, reduce
 
 from dse.analysis.placement.first_fit import core_of_each
-from dse.analysis.rates import is_event_triggered
+from dse.analysis.rates import is_event_triggered, passes_rates_on
 from dse.analysis.scheduling.busy_window import TaskKey
 from dse.analysis.scheduling.overheads import section_ns
 from dse.analysis.scheduling.priorities import inner_levels, levels_of, number_of, reserved_levels
@@ -140,8 +140,10 @@ def upstream(space: Space, key: TaskKey, view: View, seen: frozenset[int]) -> li
     found: list[TaskKey] = []
     if component.pieces is not None:  # they stand and fall together
         found += [(item, "thread") for item in component.pieces.members if item != number]
-    if number in seen or (part == "thread" and not is_event_triggered(component, view)):
+    if number in seen or (part == "thread" and not passes_rates_on(component, view)):
         return found
+    if part == "thread" and not is_event_triggered(component, view) and at(component.callback_ns, view) is not None:
+        found.append((number, "callback"))  # a hybrid thread that needs all its inputs, which that stores
     for connection in (space.connections[wire] for wire in component.triggers):
         if connection.sender is None:
             continue

@@ -142,6 +142,8 @@ def with_senders(keys: Sequence[TaskKey], read: Read) -> dict[TaskKey, Stage]:
             stage = stages[key] = read(key)
             todo += [release.after for release in stage.releases if release.after is not None]
             todo += stage.pieces
+            if stage.stored_by is not None:
+                todo.append(stage.stored_by)
     return stages
 
 
@@ -173,6 +175,7 @@ def stage_of(space: Space, key: TaskKey, view: View) -> Stage:
     found = arrivals(component, view)
     pieces = () if component.pieces is None else component.pieces.members
     joins = part == "thread" and found.by_inputs and is_joined(component, view)
+    is_stored = part == "thread" and found.by_timer and is_joined(component, view)
     return Stage(
         key,
         task_name(component, part),
@@ -180,7 +183,7 @@ def stage_of(space: Space, key: TaskKey, view: View) -> Stage:
         worst,
         worst + (switching_ns(space, number, view) if is_on_core else 0),
         _releases_of(space, key, view),
-        at(component.period_ns, view) if part == "thread" and found.is_separated else None,
+        at(component.period_ns, view) if is_stored or (part == "thread" and found.is_separated) else None,
         tuple((item, "thread") for item in pieces),
         elapsed_ns(space, number, view) if part == "thread" else (best, worst),
         bool(pieces) and component.executor is not None,
@@ -191,6 +194,7 @@ def stage_of(space: Space, key: TaskKey, view: View) -> Stage:
         kept_jobs(space, component, part, view),
         _stated(space, number) if part == "thread" else None,
         _longest_period_ns(space, number, view) if joins and not found.is_separated else None,
+        (number, "callback") if is_stored else None,
     )
 
 
@@ -229,10 +233,9 @@ def _releases_of(space: Space, key: TaskKey, view: View) -> tuple[Release, ...]:
     number, part = key
     component = space.components[number]
     ways = arrivals(component, view)
-    timer = Release(Stream(at(component.period_ns, view))) if part == "thread" and ways.by_timer else None
-    found = [] if timer is None else [timer]
-    if part == "thread" and not ways.by_inputs:
-        return tuple(found)
+    if part == "thread" and not passes_rates_on(component, view):
+        return (Release(Stream(at(component.period_ns, view))),) if ways.by_timer else ()
+    found: list[Release] = []
     for wire in component.triggers:
         if bus_of(space, wire, view) is not None:
             found.append(Release(None, message_key(space, wire, view)))
@@ -240,12 +243,20 @@ def _releases_of(space: Space, key: TaskKey, view: View) -> tuple[Release, ...]:
         least, most, _ = transmission_ns(space, space.connections[wire], view)
         sender = space.connections[wire].sender
         if sender is not None:
-            found.append(Release(None, (sender, "thread"), least, most))
+            found.append(Release(None, (sender, "thread"), least, most, _is_steady(space, sender, view)))
         elif rate := rate_hz(space, ("delivery", wire), view):
-            found.append(Release(Stream(max(1, NS_PER_S // rate), most - least)))
+            is_steady = space.connections[wire].source is None
+            found.append(Release(Stream(max(1, NS_PER_S // rate), most - least), is_steady=is_steady))
         elif is_joined(component, view) and part == "thread":
             return ()  # what never comes keeps all from being there
     return tuple(found)
+
+
+def _is_steady(space: Space, number: int, view: View) -> bool:
+    """Whether a component sends once in each period of its timer, of which it skips no release."""
+    component = space.components[number]
+    is_timed = arrivals(component, view).by_timer and not is_joined(component, view)
+    return is_timed and component.pieces is None and kept_jobs(space, component, "thread", view) is None
 
 
 def _follows(space: Space, component: Component, view: View) -> Release | None:
