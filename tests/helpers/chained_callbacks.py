@@ -46,10 +46,11 @@ class Core:
 
 @dataclass
 class Job:
-    """A job that waits or runs."""
+    """A job that waits or runs, since the release of a timer at some time."""
 
     of: Callback
     release: int
+    begun: int
     left: int
     tie: float
 
@@ -143,12 +144,33 @@ def text_of(core: Core, *, more: str = "objectives: [minimise price]") -> str:
 def played(core: Core, rng: random.Random, most_ms: int = 500) -> dict[str, int]:
     """The longest response of each callback in one run, in ms."""
     found: dict[str, int] = {}
-    for name, taken in _responses(core, rng, most_ms):
+    for name, taken, _ in _responses(core, rng, most_ms):
         found[name] = max(taken, found.get(name, 0))
     return found
 
 
-def _responses(core: Core, rng: random.Random, most_ms: int) -> Iterator[tuple[str, int]]:
+def chains_played(core: Core, rng: random.Random, most_ms: int = 500) -> dict[str, int]:
+    """The longest time from the release of its timer to the end of each callback in one run, in ms."""
+    found: dict[str, int] = {}
+    for name, _, taken in _responses(core, rng, most_ms):
+        found[name] = max(taken, found.get(name, 0))
+    return found
+
+
+def flows_of(core: Core) -> str:
+    """The flows of a problem file, from its timer to each callback."""
+    by_name = {item.name: item for item in core.callbacks}
+    lines = ["flows:"]
+    for item in core.callbacks:
+        path = [item]
+        while path[0].before is not None:
+            path.insert(0, by_name[path[0].before])
+        lines.append(f"  f_{item.name}: {{path: [{', '.join(one.name for one in path)}]}}")
+    return "\n".join(lines)
+
+
+def _responses(core: Core, rng: random.Random, most_ms: int) -> Iterator[tuple[str, int, int]]:
+    """The name of each callback whose job ends, and how long that took from its own and from its timer's release."""
     units, home = _units(core)
     after: dict[str, list[Callback]] = {}
     for item in core.callbacks:
@@ -157,28 +179,28 @@ def _responses(core: Core, rng: random.Random, most_ms: int) -> Iterator[tuple[s
     together, always_worst = rng.random() < 0.3, rng.random() < 0.5
     phase = {item.name: 0 if together else rng.randrange(item.period) for item in timers}
 
-    def release(item: Callback, time: int) -> Iterator[tuple[str, int]]:
+    def release(item: Callback, time: int, begun: int) -> Iterator[tuple[str, int, int]]:
         """A job waits; one that takes no time does not: it is over, and what comes after it released."""
         left = item.worst if always_worst else rng.randint(item.best, item.worst)
         if item.worst:
-            home[item.name].queue.append(Job(item, time, left, rng.random()))
+            home[item.name].queue.append(Job(item, time, begun, left, rng.random()))
             return
-        yield item.name, 0
+        yield item.name, 0, time - begun
         for other in after.get(item.name, ()):
-            yield from release(other, time)
+            yield from release(other, time, begun)
 
     for now in range(most_ms):
         for item in timers:
             if now >= phase[item.name] and (now - phase[item.name]) % item.period == 0:
-                yield from release(item, now)
+                yield from release(item, now, now)
         for unit in _running(units, rng):
             job = unit.running = unit.running or _next(core, unit)
             job.left -= 1
             if job.left == 0:
                 unit.running = None
-                yield job.of.name, now + 1 - job.release
+                yield job.of.name, now + 1 - job.release, now + 1 - job.begun
                 for item in after.get(job.of.name, ()):
-                    yield from release(item, now + 1)
+                    yield from release(item, now + 1, job.begun)
 
 
 def _running(units: list[Unit], rng: random.Random) -> list[Unit]:

@@ -114,19 +114,27 @@ class OnCore:
     """
 
     def __init__(
-        self, source: Mapping[int, int], figures: Any, is_alone: Sequence[bool], is_settled: Sequence[bool]
+        self,
+        source: Mapping[int, int],
+        figures: Any,
+        is_alone: Sequence[bool | None],
+        is_settled: Sequence[bool],
+        homes: Sequence[Any],
     ) -> None:
         """`figures` are cores, levels, periods, times, context switches included, least times and sections.
 
-        A thread `is_settled` whose core and priority are stated, each as one number.
+        A thread `is_alone` that is an OS thread by itself, None of one in a reservation; and `is_settled` where its
+        core and priority are stated, each as one number. The `homes` are their executors.
         """
         self.source = source
         self.cores, self.levels, self.period, self.cost, self.shortest, self.section = figures
-        self.is_plain = [alone and cost > 0 for alone, cost in zip(is_alone, self.cost, strict=True)]
-        self.is_settled = [one and other for one, other in zip(self.is_plain, is_settled, strict=True)]
+        self.homes = homes
+        self.is_plain = [alone is not None and cost > 0 for alone, cost in zip(is_alone, self.cost, strict=True)]
+        self.is_alone = [bool(alone) and plain for alone, plain in zip(is_alone, self.is_plain, strict=True)]
+        self.is_settled = [one and other for one, other in zip(self.is_alone, is_settled, strict=True)]
         work = {row: sum(self.cost[item] for item in row) for row in self._rows()}
         self.windows = {row: takes for row, takes in work.items() if len(row) > 1}
-        self.lags = {row: takes for row, takes in work.items() if row[0] in source}
+        self.lags = {row: takes for row, takes in work.items() if row[0] in source and self._may_lag(row)}
 
     def chain(self, number: int) -> list[int]:
         """All before a thread, the first of all first, and the thread."""
@@ -139,6 +147,9 @@ class OnCore:
                 row = tuple(chain[first:])
                 if all(self.is_plain[item] for item in row) and len({self.cores[item] for item in row}) == 1:
                     yield row
+
+    def _may_lag(self, row: Row) -> bool:
+        return len(row) > 1 or self.is_alone[row[0]]
 
     def least(self, part: Sequence[int], known: Sequence[int]) -> int:
         """S of part of a chain, by response times alone: the least over all ways to cut it into windows and threads."""
@@ -170,7 +181,7 @@ class OnCore:
             item
             for item in range(len(self.cost))
             if item != number
-            and (self.is_plain[item] and self.is_plain[number])
+            and (self.is_plain[item] and self.is_alone[number])
             and self.cores[item] == self.cores[number]
             and self.levels[item] <= self.levels[number]
             and chains.never_together(item, number)
@@ -319,7 +330,8 @@ class OnCore:
         return next(place for place, level in enumerate(levels) if all(level > other for other in levels[place + 1 :]))
 
     def _is_over(self, item: int, row: Row, chains: Chains) -> bool:
-        if not self.is_plain[item]:
+        homes = [self.homes[each] for each in row if self.homes[each]]
+        if not self.is_plain[item] or any(home is not self.homes[item] for home in homes):
             return False
         if item in self.chain(row[0]):
             return chains.has_ended(item, row[-1])

@@ -13,7 +13,7 @@ MOST_MS = 1_500
 """A busy period that is longer goes on for ever: with these figures none that ends is."""
 
 
-def _goes_first(theirs: int | None, mine: int | None, their_rate: Any, my_rate: Any) -> bool:
+def goes_first(theirs: int | None, mine: int | None, their_rate: Any, my_rate: Any) -> bool:
     if mine is not None or theirs is not None:
         return theirs is not None and (mine is None or theirs >= mine)
     return bool(their_rate < my_rate)
@@ -81,7 +81,7 @@ class InExecutor:
 
     def _is_urgent(self, threads: Any, item: int) -> bool:
         mine, theirs = threads[self.number]["priority"], threads[item]["priority"]
-        return _goes_first(theirs, mine, (self.period[item], item), (self.period[self.number], self.number))
+        return goes_first(theirs, mine, (self.period[item], item), (self.period[self.number], self.number))
 
     @property
     def blocked(self) -> int:

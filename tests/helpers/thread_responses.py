@@ -11,7 +11,7 @@ from functools import partial
 from typing import Any
 
 from tests.helpers.thread_chains import Comes, OnCore, Stream
-from tests.helpers.thread_executors import LATE, MOST_MS, Chains, InExecutor, supplied
+from tests.helpers.thread_executors import LATE, MOST_MS, Chains, InExecutor, goes_first, supplied
 
 PERIODS = (4, 5, 6, 8, 10, 12, 15, 20)
 
@@ -47,10 +47,7 @@ class Settled:
         self.work = times_of(system, choice)
         self.cost = [work + 2 * self.kind.get("switch", 0) for work in self.work]
         self.levels = _levels(self.system, choice, self.period)
-        is_alone = [not thread["executor"] and not thread["reservation"] for thread in self.threads]
-        is_alone = [
-            alone and not _takes_nothing(self.kind, work) for alone, work in zip(is_alone, self.work, strict=True)
-        ]
+        is_alone = [None if thread["reservation"] else not thread["executor"] for thread in self.threads]
         least = [
             work if thread["least"] is None else min(thread["least"], work)
             for thread, work in zip(self.threads, self.work, strict=True)
@@ -63,7 +60,7 @@ class Settled:
             isinstance(thread["priority"], int) and (has_one_core or thread["core"] is not None) and not is_limited
             for thread in self.threads
         ]
-        self.chains = OnCore(source, figures, is_alone, is_settled)
+        self.chains = OnCore(source, figures, is_alone, is_settled, [thread["executor"] for thread in self.threads])
         self.known = self._settle()
 
     def _settle(self) -> list[int]:
@@ -88,13 +85,36 @@ class Settled:
         here = [item for item in range(len(levels)) if cores[item] == cores[row[0]] and item not in row]
         urgent = [item for item in here if levels[item] <= level]
         homes = [self.threads[item]["reservation"] for item in urgent]
-        sections = [min(self.threads[item]["section"] or 0, self.work[item]) for item in here if item not in urgent]
+        begun = self._may_have_begun(row, urgent) if len(row) > 1 else []
+        urgent = [item for item in urgent if item not in begun]
+        sections = [min(self.threads[item]["section"] or 0, self.work[item]) for item in here if levels[item] > level]
+        sections += [self.cost[item] for item in begun]
         rivals = [item for item in urgent if self.threads[item]["reservation"] is None and self.cost[item]]
         before = [Stream(work, Comes(*often)) for work, *often in _before_all(self.kind, homes, None)]
         return rivals, before, max(sections, default=0)
 
+    def _may_have_begun(self, row: Sequence[int], here: Sequence[int]) -> list[int]:
+        """The less urgent threads in the callback group of the least urgent OS thread of a row, if it has one."""
+        levels = self.levels[0]
+        last = max(row, key=lambda item: levels[item])
+        executor = self.threads[last]["executor"]
+        if not executor or self.kind["kinds"][executor["name"]] != "callback_group":
+            return []
+        if any(levels[item] == levels[last] and self.threads[item]["executor"] is not executor for item in here):
+            return []
+        own = [item for item in row if self.threads[item]["executor"] is executor]
+        beside = [item for item in here if self.threads[item]["executor"] is executor]
+        return [item for item in beside if not any(self._goes_first(item, each) for each in own)]
+
+    def _goes_first(self, item: int, other: int) -> bool:
+        """Whether one of two threads of a callback group goes first, or may."""
+        one, two = (self.threads[each]["priority"] for each in (item, other))
+        return goes_first(one, two, (self.period[item], item), (self.period[other], other))
+
     def _response(self, number: int, chains: Chains) -> int:
         cases = self.chains.cases((number,), number, chains)
+        if self.threads[number]["executor"]:
+            cases = [[Comes(every, late) for every, late in zip(self.period, chains.jitter, strict=True)]]
         here = [number, *self._rivals([number])[0]]
         if self.chains.over(number, chains) or any(comes[item].has_limit for comes in cases for item in here):
             return self.chains.single(number, chains, self._rivals([number]))

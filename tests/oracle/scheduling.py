@@ -211,7 +211,7 @@ class Scheduling:
         if kind == "priority":
             first = [other for other in fellows if self.goes_before(other, job)]
         elif kind == "callback_group" and not shares_level:
-            first = [other for other in fellows if self._goes_first_inside(other, job)]
+            first = [other for other in fellows if self.goes_first_inside(other, job)]
         rest = [other for other in fellows if other not in first]
         before, shares = self._known([job, *first]), self.shares(job)
         preempting = self._known(outside)
@@ -310,7 +310,7 @@ class Scheduling:
         one, two = self._turn(other), self._turn(name)
         return one[0] == two[0] == 0 and one < two
 
-    def _goes_first_inside(self, other: Job, job: Job) -> bool:
+    def goes_first_inside(self, other: Job, job: Job) -> bool:
         if other[0] == job[0]:
             return other[1] == "callback"
         one, two = self._turn(other[0]), self._turn(job[0])

@@ -82,9 +82,14 @@ class Successors:
 
     def is_plain(self, job: Job) -> bool:
         """Whether priorities alone schedule a thread that takes some time."""
+        return self.known.reading.executor_of(job[0]) is None and self.may_be_in_window(job)
+
+    def may_be_in_window(self, job: Job) -> bool:
+        """Whether a thread takes some time without a reservation, by itself or in an executor."""
         known, reading = self.known, self.known.reading
-        is_alone = reading.executor_of(job[0]) is None and reading.reservation_of(job[0]) is None
-        return job[1] == "timer" and is_alone and known.order(job) is None and known.times(job)[1] > 0
+        if job[1] != "timer" or reading.reservation_of(job[0]) is not None or known.order(job) is not None:
+            return False
+        return known.times(job)[1] > 0
 
     def is_stated(self, name: str) -> bool:
         """Whether the response time of a thread is stated."""

@@ -1,7 +1,7 @@
 """Chains of threads: what is over, windows, lags, and the ways to cut a chain (docs/semantics.md, section 4.9).
 
-A window is a row of two threads or more of a chain on one core, on which priorities alone schedule them. The lag of a
-thread, or of a window, is how much later it ends than what released it comes at the latest.
+A window is a row of two threads or more of a chain on one core, by themselves or in executors. The lag of a window, or
+of a thread that priorities alone schedule, is how much later it ends than what released it comes at the latest.
 """
 
 from __future__ import annotations
@@ -50,14 +50,14 @@ class Windows:
         self.spans: dict[Row, Fraction | None] = {}
         self.lags: dict[Row, Fraction | None] = {}
         if not scheduling.only_buses:
-            here = {job[0] for job in scheduling.jobs if self.successors.is_plain(job)}
+            here = {job[0] for job in scheduling.jobs if self.successors.may_be_in_window(job)}
             for name in scheduling.threads:
                 for row in self._rows(name, here):
                     work = sum(scheduling.times((each, "timer"))[1] for each in row)
                     takes = work + sum(self._ways(row), Fraction(0))
                     if len(row) > 1:
                         self.spans[row] = takes
-                    if self.source(row[0]) != row[0]:
+                    if self.source(row[0]) != row[0] and (len(row) > 1 or self.successors.is_plain((name, "timer"))):
                         self.lags[row] = takes
 
     def _rows(self, name: str, here: set[str]) -> Iterator[Row]:
@@ -159,7 +159,7 @@ class Windows:
         return any(self._is_over(other, job) for other in rivals)
 
     def _is_over(self, other: Job, job: Job) -> bool:
-        if not (self.successors.is_plain(other) and self.successors.is_plain(job)):
+        if not (self.successors.may_be_in_window(other) and self.successors.is_plain(job)):
             return False
         return self.chains.never_meet(other, job)
 
@@ -202,11 +202,15 @@ class Windows:
         known = self.known
         jobs: list[Job] = [(name, "timer") for name in row]
         beside = [other for other in known.beside(jobs[0]) if other not in jobs and known.times(other)[1]]
-        rivals = [other for other in beside if any(known.goes_before(other, job) for job in jobs)]
-        level = next(
-            job for job in reversed(jobs) if all(other == job or known.goes_before(other, job) for other in jobs)
-        )
-        ends, blocked = self.chains.ends_before(row[0], row[-1]), Fraction(known.blocked(level))
+        rivals = [other for other in beside if any(self._goes_before(other, job) for job in jobs)]
+        level = self._level(jobs, beside)
+        begun = [other for other in rivals if self._may_have_begun(other, level, beside)]
+        rivals = [other for other in rivals if other not in begun]
+        sections = [known.section(other[0]) for other in beside if not self._goes_before(other, level)]
+        blocked = Fraction(max([0, *sections, *(known.times(other)[1] for other in begun)]))
+        ends = self.chains.ends_before(row[0], row[-1])
+        if not ends and any(known.reading.room(*job) is not None for job in jobs):
+            return None
         breaks = sum(way > 0 for way in self._ways(row))
         over = {other for other in rivals if ends and self._is_past(other, row)}
         found = []
@@ -249,14 +253,45 @@ class Windows:
         before = [Rival(own, time) for time in times[:begin]]
         return self._longest(own, counted, work, [*first, *before], ends=False, begun=blocked)
 
+    def _executor(self, job: Job) -> str | None:
+        return self.known.reading.executor_of(job[0])
+
+    def _goes_before(self, other: Job, job: Job) -> bool:
+        """Whether one thread may go before another one on its core: in one executor each goes before the others."""
+        executor = self._executor(job)
+        return (executor is not None and executor == self._executor(other)) or self.known.goes_before(other, job)
+
+    def _is_group(self, job: Job, beside: Sequence[Job]) -> bool:
+        """Whether a thread is in a callback group, with a priority that nothing outside of it shares."""
+        executor = self._executor(job)
+        if executor is None or self.known.reading.get(executor, "kind") != "callback_group":
+            return False
+        outside = [other for other in beside if self._executor(other) != executor]
+        return not any(self.known.goes_before(other, job) and self.known.goes_before(job, other) for other in outside)
+
+    def _level(self, jobs: Sequence[Job], beside: Sequence[Job]) -> Job:
+        """The least urgent of a row: of its threads in a callback group that one of these."""
+        least = next(job for job in jobs if all(other == job or self._goes_before(other, job) for other in jobs))
+        if not self._is_group(least, [*beside, *jobs]):
+            return least
+        inside = [job for job in jobs if self._executor(job) == self._executor(least)]
+        first = self.known.goes_first_inside
+        return next(job for job in inside if all(other == job or first(other, job) for other in inside))
+
+    def _may_have_begun(self, other: Job, level: Job, beside: Sequence[Job]) -> bool:
+        """Whether one job of a thread may have begun at most: it is less urgent in the callback group of the level."""
+        is_inside = self._executor(other) == self._executor(level) and self._is_group(level, beside)
+        return is_inside and not self.known.goes_first_inside(other, level)
+
     def _goes_first_nowhere(self, jobs: Sequence[Job], place: int) -> bool:
         """Whether one in a row goes before none of those behind it."""
-        return not any(self.known.goes_before(jobs[place], other) for other in jobs[place + 1 :])
+        return not any(self._goes_before(jobs[place], other) for other in jobs[place + 1 :])
 
     def _is_past(self, other: Job, row: Row) -> bool:
         """Whether a rival comes before a window, or after it, and all of that has ended when it begins again."""
         name = other[0]
-        if not self.successors.is_plain(other):
+        homes = {self._executor((each, "timer")) for each in row} - {None}
+        if not self.successors.may_be_in_window(other) or homes - {self._executor(other)}:
             return False
         if name in self.chains.chain(row[0]):
             return self.chains.ends_before(name, row[-1])

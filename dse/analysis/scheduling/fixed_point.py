@@ -138,7 +138,8 @@ class Rounds:
         entries = [entry for resource in system.resources for entry in resource.entries]
         self.ends: dict[EndKey, Exact | None] = {one.key: system.stages[one.key].elapsed_ns[1] for one in entries}
         self.sources = sources_in(system)
-        self.ends |= {(key[0], key[0], "lag"): self.ends[key] for key in self.sources}
+        self.lagging = {entry.key for entry in entries if entry.executor is None and entry.key in self.sources}
+        self.ends |= {(key[0], key[0], "lag"): self.ends[key] for key in self.lagging}
         self.paired = paired_in(system)
         self.ends |= {(key[0], key[0], "joined"): self.ends[key] for key in self.paired}
         self.chains = chains_in(system)
@@ -180,7 +181,7 @@ class Rounds:
             find = partial(window_of, resource, tasks=tasks, succession=succession, segments=self.segments)
             together = _remembered(resource, tasks, find) if self.is_plain and not related else None
             for position, entry in enumerate(resource.entries):
-                has_lag = entry.key in self.sources or entry.key in self.paired
+                has_lag = entry.key in self.lagging or entry.key in self.paired
                 window = find(position) if together is None or has_lag else None
                 found = self._end_of(resource, position, tasks, window) if together is None else together[position]
                 if found is not None and self.count > 1 and self._is_beyond(found):

@@ -53,7 +53,7 @@ class Wait:
     earlier_ns: Annotated[Exact, "What these take."] = 0
     blocked_ns: Annotated[Exact, "What that takes."] = 0
     blocked_by: Annotated[
-        str, "The thread whose section that nothing interrupts has begun before; empty where none has."
+        str, "The thread whose section or job that nothing interrupts has begun before; empty where none has."
     ] = ""
     over_ns: Annotated[Exact, "How much of all this is over when it is released."] = 0
 
@@ -101,18 +101,20 @@ class Waits(Windows):
         that thread takes messages in order.
         """
         first: TaskKey = (part.threads[0], "thread")
-        source = sources_in(self.system).get(first) if part.has_source else None
+        has_lag = part.has_source and (len(part.threads) > 1 or self._is_alone(first))
+        source = sources_in(self.system).get(first) if has_lag else None
         paired = paired_in(self.system).get(first) if part.is_paired else None
         if len(part.threads) == 1 and source is None and paired is None:
             return self.of_thread(first)
         resource, position = self._place(first)
         members: tuple[int, ...] = (position,)
         lowest, sent = position, Fraction(0)
+        begun: tuple[int, ...] = ()
         if len(part.threads) == 1:
             window = self.of(resource, position)
         else:
             chain = self.chains[part.threads[-1], first[0]]
-            members, lowest, sent = chain.members, chain.lowest, Fraction(chain.sent_ns)
+            members, lowest, begun, sent = chain.members, chain.lowest, chain.begun, Fraction(chain.sent_ns)
             window = chains.window_of(resource, chain, self.tasks(resource), self.succession(resource))
         if not isinstance(window, Preempted):
             return None
@@ -132,7 +134,20 @@ class Waits(Windows):
         parts = replace(parts, interference=others, blocked_ns=parts.blocked_ns - in_blocked, earlier_ns=0)
         parts = replace(parts, earlier_ns=waited - parts.waited_ns)
         name = ", ".join(told_name(self.space, key) for key in own)
-        return (self._made(resource, lowest, work, parts, name),)
+        made = self._made(resource, lowest, work, parts, name)
+        longest = max((resource.entries[item].key for item in begun), key=self._cost_ns, default=None)
+        if longest is not None and made.blocked_ns and self._cost_ns(longest) > resource.entries[lowest].blocking_ns:
+            made = replace(made, blocked_by=told_name(self.space, longest))
+        return (made,)
+
+    def _cost_ns(self, key: TaskKey) -> int:
+        """The longest time of a job of a stage with its context switches, in ns."""
+        return self.system.stages[key].cost_ns
+
+    def _is_alone(self, key: TaskKey) -> bool:
+        """Whether a stage is an OS thread by itself."""
+        resource, position = self._place(key)
+        return resource.entries[position].executor is None
 
     def _alone(self, resource: Resource, position: int) -> Wait | None:
         """What a stage waits for from its own release on; None where it has no bound."""

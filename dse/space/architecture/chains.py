@@ -28,8 +28,8 @@ def follows(components: Sequence[Component], connections: Sequence[Connection], 
 def chained_to(components: Sequence[Component], connections: Sequence[Connection], number: int) -> int | None:
     """The thread whose end may release a thread on the same core in some design, by number; None where none may.
 
-    Judged by what the file offers: one trigger, a common processor, and no executor, reservation, segment or stated
-    response time that keeps them apart in every design.
+    Judged by what the file offers: one trigger, a common processor, and no reservation, segment or stated response time
+    that keeps them apart in every design.
     """
     found = follows(components, connections, number)
     if found is None or not _may_be_chained(components[number]) or not _may_be_chained(components[found]):
@@ -88,11 +88,11 @@ def may_come_seldom(space: Space, number: int, others: Iterable[int]) -> bool:
 
 
 def _may_be_chained(component: Component) -> bool:
-    """Whether a component may be a whole thread that its priority alone schedules, and executes in every design."""
+    """Whether a component may be a whole thread, in an executor or not, and executes in every design."""
     if component.processor is None or component.pieces is not None or component.reservation is not None:
         return False
     executes = all(leaf is not None for leaf in leaves(component.execution_ns))
-    return executes and component.response_ns is None and None in set(leaves(component.executor))
+    return executes and component.response_ns is None
 
 
 def way_up(space: Space, number: int) -> tuple[int, ...]:
@@ -176,4 +176,5 @@ def with_chains(
 
 def _may_lag(components: Sequence[Component], connections: Sequence[Connection], number: int) -> bool:
     """Whether a thread alone may end sooner after its source's latest release than after its own."""
-    return follows(components, connections, number) is not None and _may_be_chained(components[number])
+    is_released = follows(components, connections, number) is not None
+    return is_released and _may_be_chained(components[number]) and None in leaves(components[number].executor)

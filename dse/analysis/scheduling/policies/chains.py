@@ -25,9 +25,10 @@ from typing import cast
 from dse.analysis.scheduling.busy_window import Kin, Task, TaskKey
 from dse.analysis.scheduling.model import ChainKey, Entry, Resource, Stage, System
 from dse.analysis.scheduling.policies.coupled import NOT_THERE
+from dse.analysis.scheduling.policies.executors import shares_level
 from dse.analysis.scheduling.policies.preemptive import Preempted, longest, present
 from dse.analysis.scheduling.policies.reservations import gaps_and_servers
-from dse.analysis.scheduling.policies.successions import MOST_THREADS, Succession, is_prioritised
+from dse.analysis.scheduling.policies.successions import MOST_THREADS, Succession, may_have_windows
 from dse.support.units import Exact
 
 MOST_ON_CORE = 256
@@ -39,15 +40,20 @@ class Chain:
     """Threads in a row on one core, each released by the end of the one before.
 
     `members` are their positions on the resource, in the order of the chain. `lowest` is the position of the least
-    urgent one, and `rivals` are the positions of what else may go before any of them. What they send each other takes
-    `sent_ns` at most in all; `breaks` are the places in the chain of threads that something takes time to reach.
-    Threads between them that are left out of a part of a design take `absent_ns`.
+    urgent one, and `rivals` are the positions of what else may go before any of them. Where that one is in a callback
+    group, `begun` are the positions of what is less urgent there, of which one job may have begun. That is once for
+    each piece between breaks; in a part of a design once for all, since what is less urgent in the part may be a rival
+    in the design, and come once. What they send each other takes `sent_ns` at most in all; `breaks` are the places in
+    the chain of threads that something takes time to reach. Threads between them that are left out of a part of a
+    design take `absent_ns`.
     """
 
     key: ChainKey
     members: tuple[int, ...]
     lowest: int
     rivals: tuple[int, ...]
+    begun: tuple[int, ...] = ()
+    is_part: bool = False
     sent_ns: Exact = 0
     breaks: tuple[int, ...] = ()
     absent_ns: int = 0
@@ -75,7 +81,8 @@ def chains_in(system: System) -> list[tuple[Chain, ...]]:
         return [_whole(item, tuple(stages[entry.key] for entry in item.entries)) for item in system.resources]
     present = {entry.key for resource in system.resources for entry in resource.entries}
     absent = {key: stage for key, stage in system.stages.items() if key not in present}
-    return [_chains(item, [system.stages[entry.key] for entry in item.entries], absent) for item in system.resources]
+    found = [_chains(item, [system.stages[entry.key] for entry in item.entries], absent) for item in system.resources]
+    return [tuple(replace(chain, is_part=True) for chain in chains) for chains in found]
 
 
 @lru_cache(4096)
@@ -88,7 +95,7 @@ def _chains(resource: Resource, stages: Sequence[Stage], absent: Mapping[TaskKey
         return ()
     entries = resource.entries
     positions = {
-        entry.key: position for position, entry in enumerate(entries) if is_prioritised(entry, stages[position])
+        entry.key: position for position, entry in enumerate(entries) if may_have_windows(entry, stages[position])
     }
     before = {
         position: link
@@ -103,7 +110,7 @@ def _chains(resource: Resource, stages: Sequence[Stage], absent: Mapping[TaskKey
                 break
             members.insert(0, link.position)
             links.insert(0, link)
-            chains.append(_chain(entries, tuple(members), links))
+            chains.append(_chain(resource, tuple(members), links))
     return tuple(chains)
 
 
@@ -123,13 +130,36 @@ def _link(stage: Stage, positions: Mapping[TaskKey, int], absent: Mapping[TaskKe
     return None
 
 
-def _chain(entries: Sequence[Entry], members: tuple[int, ...], links: Sequence[_Link]) -> Chain:
+def _chain(resource: Resource, members: tuple[int, ...], links: Sequence[_Link]) -> Chain:
+    entries = resource.entries
+    lowest = _lowest(entries, members)
     rivals = set[int]().union(*(entries[position].rivals for position in members)) - set(members)
+    begun = {position for position in rivals if _may_have_begun(resource, lowest, position)}
     key = (entries[members[-1]].key[0], entries[members[0]].key[0])
     breaks = tuple(place for place, link in enumerate(links, 1) if link.sent_ns)
     sent = sum(link.sent_ns for link in links)
     absent_ns = sum(link.absent_ns for link in links)
-    return Chain(key, members, max(members), tuple(sorted(rivals)), sent, breaks, absent_ns)
+    return Chain(
+        key, members, lowest, tuple(sorted(rivals - begun)), tuple(sorted(begun)), False, sent, breaks, absent_ns
+    )
+
+
+def _lowest(entries: Sequence[Entry], members: Sequence[int]) -> int:
+    """The position of the least urgent thread: of those in one executor the one that fewest of it go behind."""
+    last = entries[max(members)]
+    if last.executor is None:
+        return max(members)
+    inside = (position for position in members if entries[position].executor == last.executor)
+    return max(inside, key=lambda position: len(entries[position].urgent))
+
+
+def _may_have_begun(resource: Resource, lowest: int, position: int) -> bool:
+    """Whether one job of another stage at most goes before a stage: a less urgent one of its callback group."""
+    entry = resource.entries[lowest]
+    if entry.executor is None or resource.entries[position].executor != entry.executor:
+        return False
+    is_group = resource.kinds[entry.executor] == "callback_group" and not shares_level(resource, lowest)
+    return is_group and position not in entry.urgent
 
 
 def window_of(
@@ -138,10 +168,13 @@ def window_of(
     """The busy window from the release of the first thread of a chain until the end of the last one.
 
     What passes between the threads counts with what blocks them. None where the first thread or a rival comes without a
-    bound.
+    bound, and where jobs of a thread may meet of which an executor drops some.
     """
     first, last = (resource.entries[chain.members[place]].key for place in (0, -1))
     is_apart = succession.are_apart(first, last)
+    stages = succession.events.stages
+    if not is_apart and any(stages[resource.entries[item].key].keeps is not None for item in chain.members):
+        return None
     pieces = 1 + len(chain.breaks) if is_apart or not chain.breaks else None
     ends = chain.members[0], chain.members[-1]
     cases = succession.cases(resource.entries[chain.lowest].key, ends, tasks, pieces)
@@ -166,29 +199,40 @@ def _window_of(
     if None in found:
         return None
     rivals = tuple(item for item in found if item is not None and item is not NOT_THERE)
-    way_ns = len(chain.breaks) * lowest.blocking_ns + chain.sent_ns
+    blocked_ns = max(
+        [lowest.blocking_ns, *(succession.events.stages[entries[item].key].cost_ns for item in chain.begun)]
+    )
+    way_ns = len(chain.breaks) * (lowest.blocking_ns if chain.is_part else blocked_ns) + chain.sent_ns
     meeting: Preempted | None = None
     if not is_apart:
         place = len(own) - 1 if chain.breaks else _first_in_turn(entries, chain.members)
         in_turn_ns = sum(item.worst_ns for item in own[place:]) + chain.absent_ns + way_ns
-        meeting = Preempted(
-            replace(own[-1], worst_ns=cast(int, in_turn_ns)), (*own[:place], *rivals), lowest.blocking_ns
-        )
+        meeting = Preempted(replace(own[-1], worst_ns=cast(int, in_turn_ns)), (*own[:place], *rivals), blocked_ns)
         if not chain.breaks:
             return meeting
-    over = succession.over_before(chain.members, chain.rivals) if is_apart else ()
+    over = succession.over_before(chain.members, _same_home(entries, chain)) if is_apart else ()
     kin = present(tasks, (position for position in chain.rivals if position in over))
     work_ns = sum(item.worst_ns for item in own) + chain.absent_ns
     whole = Task(own[-1].name, work_ns, head.streams, head.separation_ns, own[-1].stage)
     under_way_ns = sum(item.worst_ns for item in own[chain.breaks[0] :]) if chain.breaks else 0
     if meeting is not None:  # no less than where jobs do not meet
-        return longest([meeting, Preempted(whole, rivals, lowest.blocking_ns + way_ns, Kin(kin, under_way_ns))])
+        return longest([meeting, Preempted(whole, rivals, blocked_ns + way_ns, Kin(kin, under_way_ns))])
     rest_ns = succession.rest_ns(first, last)
     if under_way_ns and rest_ns is not None:
-        lone = Preempted(Task(whole.name, under_way_ns, ()), rivals, lowest.blocking_ns).response_ns()
+        lone = Preempted(Task(whole.name, under_way_ns, ()), rivals, blocked_ns).response_ns()
         if lone is not None and lone <= rest_ns:  # what the job before leaves, and all behind it, is over by then
             under_way_ns = 0
-    return Preempted(whole, rivals, lowest.blocking_ns + way_ns, Kin(kin, under_way_ns))
+    return Preempted(whole, rivals, blocked_ns + way_ns, Kin(kin, under_way_ns))
+
+
+def _same_home(entries: Sequence[Entry], chain: Chain) -> Sequence[int]:
+    """The rivals of a chain that are in all of the executors that it leads through.
+
+    Others count in the response times of its threads in there, though they never wait when these do. So they do in its
+    window, or that would take less than a thread of it alone.
+    """
+    homes = {entries[position].executor for position in chain.members} - {None}
+    return [position for position in chain.rivals if homes <= {entries[position].executor}]
 
 
 def _first_in_turn(entries: Sequence[Entry], members: Sequence[int]) -> int:

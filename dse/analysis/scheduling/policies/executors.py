@@ -253,8 +253,8 @@ def beside(resource: Resource, position: int, tasks: Sequence[Task | None], succ
     entry, task = resource.entries[position], tasks[position]
     assert task is not None and entry.executor is not None
     kind, stages = resource.kinds[entry.executor], succession.events.stages
-    shares_level = _shares_level(resource, position)
-    if kind == "callback_group" and shares_level:
+    is_level_shared = shares_level(resource, position)
+    if kind == "callback_group" and is_level_shared:
         kind = "wait_set"
     fellows: dict[int, Task] = {}
     is_known = True
@@ -276,14 +276,16 @@ def beside(resource: Resource, position: int, tasks: Sequence[Task | None], succ
     working = [*(rival for rival, item in fellows.items() if item.worst_ns), position]
     has_sections = any(stages[resource.entries[item].key].has_section for item in working)
     # in lines: no earlier job of its own waits, and no section that is over has held up what preempts it
-    is_in_line = kind == "fifo" and chains.line(mine) is not None and (not higher or not (has_sections or shares_level))
+    is_in_line = (
+        kind == "fifo" and chains.line(mine) is not None and (not higher or not (has_sections or is_level_shared))
+    )
     made = []
     for rival, found in fellows.items():
         other_stage = stages[resource.entries[rival].key]
         line = chains.line(other_stage) if is_in_line else None
         turn = int(rival in entry.earlier) - int(rival in entry.later)
         made.append(Fellow(found, rival in entry.urgent, chains.never_meet(mine, other_stage), line, turn))
-    rounds = None if kind != "polling" or shares_level else mine.keeps
+    rounds = None if kind != "polling" or is_level_shared else mine.keeps
     if rounds is None and not is_known:
         return None
     return Queued(kind, task, tuple(made), tuple(higher), entry.blocking_ns, is_in_line, rounds, is_known)
@@ -296,13 +298,13 @@ def counts_once(resource: Resource, entry: Entry, position: int) -> bool:
     """
     if entry.executor is None or resource.entries[position].executor != entry.executor:
         return False
-    if _shares_level(resource, resource.entries.index(entry)):
+    if shares_level(resource, resource.entries.index(entry)):
         return False
     kind = resource.kinds[entry.executor]
     return kind == "polling" or (kind == "callback_group" and position not in entry.urgent)
 
 
-def _shares_level(resource: Resource, position: int) -> bool:
+def shares_level(resource: Resource, position: int) -> bool:
     """Whether something outside the executor of a stage may go before it, and the stage before that."""
     entry = resource.entries[position]
     others = (resource.entries[rival] for rival in entry.rivals)

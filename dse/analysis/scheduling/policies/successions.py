@@ -184,7 +184,7 @@ class Succession:
     def has_relatives(self) -> bool:
         """Whether a stage of the resource may go before one that comes before or after it in its chain.
 
-        Of stages that only priorities schedule.
+        Of stages that may have windows of chains.
         """
         entries, stages = self.resource.entries, self.events.stages
         if not any(stages[entry.key].follows is not None for entry in entries):
@@ -198,21 +198,21 @@ class Succession:
 
     @cached_property
     def _above(self) -> Mapping[int, frozenset[TaskKey]]:
-        """The stages before each stage in its chain, by the position of each that only priorities schedule."""
+        """The stages before each stage in its chain, by the position of each that may have windows of chains."""
         stages = self.events.stages
         return {
             position: frozenset(islice(_before(stages, entry.key), MOST_THREADS))
             for position, entry in enumerate(self.resource.entries)
-            if is_prioritised(entry, stages[entry.key])
+            if may_have_windows(entry, stages[entry.key])
         }
 
     @cached_property
     def _outside(self) -> Chains:
         entries, stages = self.resource.entries, self.events.stages
-        return Chains(self.events, [item.key for item in entries if is_prioritised(item, stages[item.key])])
+        return Chains(self.events, [item.key for item in entries if may_have_windows(item, stages[item.key])])
 
     def are_apart(self, first: TaskKey, last: TaskKey) -> bool:
-        """Whether a job that only priorities schedule goes through a chain before the next one is released."""
+        """Whether a job goes through a chain of stages with windows before the next one is released."""
         return self._outside.in_turn(first, last)
 
     def rest_ns(self, first: TaskKey, last: TaskKey) -> Exact | None:
@@ -239,9 +239,10 @@ class Succession:
 
 
 def sources_in(system: System) -> dict[TaskKey, TaskKey]:
-    """Of each stage whose lag may be less than its response time the source: the first of its chain.
+    """Of each stage from which a lag may count the source: the first of its chain.
 
-    Those are stages that the end of another one releases, and that only priorities schedule.
+    Those are stages that the end of another one releases, and that may have windows of chains. One alone has a lag
+    where only priorities schedule it.
     """
     stages, sources = system.stages, dict[TaskKey, TaskKey]()
 
@@ -259,14 +260,19 @@ def sources_in(system: System) -> dict[TaskKey, TaskKey]:
         for resource in system.resources
         if resource.wire is None and not resource.is_accelerator
         for entry in resource.entries
-        if is_prioritised(entry, stages[entry.key]) and (first := source(entry.key)) != entry.key
+        if may_have_windows(entry, stages[entry.key]) and (first := source(entry.key)) != entry.key
     }
 
 
 def is_prioritised(entry: Entry, stage: Stage) -> bool:
     """Whether a stage is a whole thread that executes something and that its priority alone schedules."""
-    is_plain = entry.executor is None and entry.reservation is None and not entry.is_piece
-    return is_plain and stage.key[1] == "thread" and stage.cost_ns != 0 and stage.keeps is None
+    return entry.executor is None and may_have_windows(entry, stage)
+
+
+def may_have_windows(entry: Entry, stage: Stage) -> bool:
+    """Whether a stage is a whole thread that executes something, in an executor or not, and in no reservation."""
+    is_whole = entry.reservation is None and not entry.is_piece and stage.key[1] == "thread"
+    return is_whole and stage.cost_ns != 0
 
 
 def _before(stages: Mapping[TaskKey, Stage], key: TaskKey) -> Iterator[TaskKey]:

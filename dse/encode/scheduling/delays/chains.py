@@ -23,6 +23,7 @@ from dse.encode.scheduling.combined import Combined
 from dse.encode.scheduling.places import Places, Thread
 from dse.space.architecture.chains import follows, may_come_seldom
 from dse.space.model.space import Space
+from dse.space.model.trees import leaves
 
 
 class CountedJobs(Protocol):
@@ -112,9 +113,10 @@ class ChainRows:
             self.waiting.model.add(variable >= whole).only_enforce_if(self.waiting.combined.literal(index))
 
     def _may_lag(self, number: int) -> bool:
-        """Whether another thread or device may release a thread alone."""
+        """Whether another thread or device may release a thread that may be in no executor."""
         space = self.waiting.space
-        return follows(space.components, space.connections, number) is not None
+        is_released = follows(space.components, space.connections, number) is not None
+        return is_released and None in leaves(space.components[number].executor)
 
     def _add_once(self, chain: FlowChain, variable: cp_model.IntVar) -> None:
         """One job of each thread that may delay some thread of the chain, for each type of each processor."""
