@@ -242,6 +242,20 @@ def test_a_timer_that_waits_for_its_inputs_releases_what_follows_as_often_as_the
     assert figure(SLOW_INPUTS, "latency of f") == 2 * MS + 2 * MS + 103 * MS + 10 * MS + 4 * MS + 33 * MS
 
 
+def test_a_hybrid_join_looks_at_no_room_and_no_order() -> None:
+    text = changed(
+        SLOW_INPUTS,
+        ("join: all,", "join: all, pairing: fifo,"),
+        ("left, to: odometry}", "left, to: odometry, queue_size: 3}"),
+    )
+    remark = (
+        "l.queue_size, odometry.pairing: not counted, for the timer of the hybrid thread odometry takes all "
+        "messages that have come since it published last"
+    )
+    assert remark in dse.check(dse.loads(text)).remarks
+    assert not any("not counted, for" in item for item in dse.check(dse.loads(SLOW_INPUTS)).remarks)
+
+
 def test_the_period_of_the_timer_alone_does_not_bound_the_jitter_of_jobs() -> None:
     """Of inputs of different rates: one of 100 waits for one of 99 up to 98, then that one waits for it."""
     arrivals = [range(0, 11_000, 100), range(98, 11_000, 99)]

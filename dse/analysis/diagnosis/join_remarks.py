@@ -16,7 +16,7 @@ from dse.analysis.rates import NS_PER_S, arrivals, dispatch, is_joined, is_perio
 from dse.analysis.scheduling.responses import UNBOUNDED_NS
 from dse.analysis.views import View
 from dse.space.architecture.activation import may_be_event_triggered
-from dse.space.architecture.joins import LATEST, may_join
+from dse.space.architecture.joins import ALL, LATEST, may_join
 from dse.space.model.flows import Flow
 from dse.space.model.space import Component, Space
 from dse.space.model.trees import at, leaves
@@ -60,6 +60,26 @@ def drifting_joins(space: Space) -> Iterator[str]:
                 f"{component.stated_as} pairs messages in the order of arrival, and {names} run on clocks of their "
                 "own: where these drift apart the queue of the faster one grows; state a `queue_size`, or `pairing: "
                 "latest`, for a bound that needs no equal rates"
+            )
+
+
+def unread_rooms(space: Space) -> Iterator[str]:
+    """Hybrid joins of all that state which messages they pair, or how many wait, which their timer does not look at.
+
+    One sentence for each thread that is hybrid in every design, with the fields.
+    """
+    for component in space.components:
+        if set(leaves(component.join)) != {ALL} or set(leaves(component.protocol)) != {"hybrid"}:
+            continue
+        wires = [space.connections[wire] for wire in component.triggers]
+        sizes = {f"{wire.name}.queue_size": wire.queue_size for wire in wires}
+        sizes[f"{component.stated_as}.queue_size"] = component.queue_size
+        fields = [name for name, size in sizes.items() if set(leaves(size)) != {None}]
+        fields += [f"{component.stated_as}.pairing"] if set(leaves(component.pairing)) - {None, LATEST} else []
+        if fields:
+            yield (
+                f"{first_of(fields, SHOWN)}: not counted, for the timer of the hybrid thread {component.stated_as} "
+                "takes all messages that have come since it published last"
             )
 
 

@@ -15,7 +15,14 @@ from math import ceil
 from typing import NamedTuple
 
 from dse.analysis.binding import bus_figure, bus_stack, carrying_ns, message_sizes
-from dse.analysis.diagnosis.join_remarks import drifting_joins, dropping, endless_waits, skipping, unsaid_joins
+from dse.analysis.diagnosis.join_remarks import (
+    drifting_joins,
+    dropping,
+    endless_waits,
+    skipping,
+    unread_rooms,
+    unsaid_joins,
+)
 from dse.analysis.latency.contributors import element_rows, elements_of, flow_rows
 from dse.analysis.latency.exact_chains import MOST_RELEASES, repeats_too_late
 from dse.analysis.latency.offset_advice import boundaries, clock_gains
@@ -166,6 +173,7 @@ def problem_remarks(space: Space) -> Iterator[str]:
     yield from _never_packed(space)
     yield from unsaid_joins(space)
     yield from drifting_joins(space)
+    yield from unread_rooms(space)
     yield from outside_words(_possibly_outside(space, MANY_CASES))
     alone = replace(space, processing="execution_time")  # a response time is never below an execution time
     for flow in space.flows:
