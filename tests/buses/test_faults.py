@@ -18,6 +18,7 @@ from dse.analysis.scheduling.policies.faults import ERROR_BITS, faults_of_wire, 
 from dse.report.words.contention import arbitration_words
 from dse.report.words.messages import late_message_words, message_tables
 from dse.support.errors import ProblemError
+from tests.buses.test_identifiers import robot
 from tests.buses.test_messages import SYNC
 from tests.buses.test_policies import windows_of
 from tests.helpers.arbitration import BIT, Message, by_identifier, draw_bus, drawn, with_all_at_once
@@ -125,6 +126,20 @@ def test_the_interval_is_a_decision_and_is_varied() -> None:
     assert "bus_types.can_1m.fault_interval" in {item.path for item in margins}
     chosen = dse.loads(dse.export(result, 1))
     assert dse.analyse(chosen).messages["can0"][0].faults == 2
+
+
+def test_faults_where_a_flow_has_two_of_40_messages() -> None:
+    """How long either waits for faults at least is known before an order is looked at."""
+    text = robot(40).replace("frame: can,", "frame: can, fault_interval: 10 ms, fault_burst: 2,")
+    text = text.replace("from: d37, to: sink", "from: d37, to: d38")
+    flow = "flows: {f: {path: [d37, m37, d38, m38, sink]}}\nobjectives: "
+    text = text.replace("objectives: [minimise price, ", flow + "[minimise price, minimise jitter of f, ")
+    found = dse.solve(text, processing="execution_time")
+    assert found.status == "complete"
+    least = {tuple(point.objectives.values()) for point in found.front}
+    assert len(least) == 14
+    assert {(600, 117_602_000, 0), (600, 109_612_000, 1), (600, 107_092_000, 13)} <= least
+    assert not dse.verify(found).findings
 
 
 def test_what_makes_a_message_unbounded_is_said() -> None:

@@ -21,7 +21,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import partial
+from functools import cached_property, partial
 from itertools import pairwise
 from math import floor
 from typing import Any
@@ -39,7 +39,7 @@ from dse.analysis.messages.stages import (
     limit_ns,
     may_wait_for,
 )
-from dse.analysis.scheduling.busy_window import most_jobs
+from dse.analysis.scheduling.busy_window import Task, most_jobs
 from dse.analysis.scheduling.policies.executor_work import jobs_by
 from dse.analysis.scheduling.policies.faults import ERROR_BITS
 from dse.analysis.scheduling.resolve import released_undelayed
@@ -119,8 +119,9 @@ def add_waiting_rows(board: Board, number: int, least: Any, variable: Any, scale
 
     Each message with a lower number goes before it with each job that comes until it begins: one at least, and as many
     as come while all that surely go before it are sent. The longest of the others has begun, or goes first, too; where
-    frames have several connections that alone is said. Returns literals by connection, of messages of which numbers do
-    not tell whether they go before it: each counts where its literal is true, and may be false unless numbers tell.
+    frames have several connections that alone is said. Faults of the wire come until all that surely go before it, and
+    its own last frame, are sent. Returns literals by connection, of messages of which numbers do not tell whether they
+    go before it: each counts where its literal is true, and may be false unless numbers tell.
     """
     space = board.space
     wire = space.connections[number]
@@ -178,6 +179,7 @@ class _OnBus:
         bit = ranges[0].value
         found = [made for one in range(len(space.connections)) if (made := self._message(one)) is not None]
         own = self._numbered(number, apart(space, number, self.given)) if has_own_message(space, number) else []
+        mine = [message for message in found if message.number == number]
         found = [message for message in found if message.number != number]
         before: dict[int, Any] = {}
         for message in found:
@@ -203,6 +205,10 @@ class _OnBus:
                 assert item.task is not None
                 work = floor(most_jobs(item.task, window) * item.task.worst_ns * scale)
                 parts.append((work, board.all_of([goes_first, case])))
+        if mine and self._faults:
+            until = window - bit + min(item.last_ns for _, item in mine[0].cases)
+            hits = min(most_jobs(faults, until) for faults in self._faults)
+            parts.append((floor(hits * (ERROR_BITS * bit + max(map(_section, [*mine, *sure]))) * scale), board.true))
         if sum(work for work, _ in parts) >= EXACT_LIMIT:
             return
         parts += self._begun(found, before, scale)
@@ -336,18 +342,18 @@ class _OnBus:
                     row.add(before[message.number], least, scale)
             row.demand([*where, *needed, literal])
 
-    def _faulty(self, due: Sequence[_Message], time: Exact, begin: Exact, bit: Exact) -> Exact:
-        """The least that faults cost until some time after `begin`: an error frame and a frame that is sent again each.
-
-        That frame is as long as the longest that is due by `time` for sure.
-        """
+    @cached_property
+    def _faults(self) -> list[Task]:
+        """The faults of the wire in each of several ways; none where there may be none."""
         cases = tabulate(self.board.space, partial(faults_on, self.board.space, self.bus), MOST_CASES, self.given)
         known = [case.value for case in cases or () if case.value is not None]
-        if not known or len(known) < len(cases or ()):
-            return 0
+        return known if len(known) == len(cases or ()) else []
+
+    def _faulty(self, due: Sequence[_Message], time: Exact, begin: Exact, bit: Exact) -> Exact:
+        """The least that faults cost until some time after `begin`: an error frame each, and a frame due by `time`."""
         sure = [one for one in due if one.is_always_due(time) and one.own is self.board.true]
         hit = max(map(_section, sure), default=min(map(_section, due)))
-        return min(jobs_by(faults, begin) for faults in known) * (ERROR_BITS * bit + hit)
+        return min((jobs_by(faults, begin) for faults in self._faults), default=0) * (ERROR_BITS * bit + hit)
 
     def _blocked(self, beside: Sequence[_Message], scale: int, where: Sequence[Any]) -> tuple[Any, int] | None:
         """A variable that is as long as the longest of some frames at least, and its greatest value.

@@ -1,7 +1,8 @@
 """How long messages wait for their bus in the second proof: a row of each, and what goes first there.
 
 A message waits for jobs of each other one that goes before it (those that come while a job of each that surely does is
-sent), and for the longest frame of the rest, which has begun.
+sent), for the longest frame of the rest, which has begun, and for faults of the wire: each costs an error frame, and
+its own frame or one that surely goes before it once more.
 Numbers tell who goes before it; where one of both may have any number that is a literal of its own, which is false
 unless a refused solution taught that it is true: with all options that make their bus no less busy, another message
 cannot be placed behind it in time, or the rule has it before (`dse.analysis.messages.conflicts`).
@@ -20,6 +21,7 @@ from dse.analysis.messages.burdens import burdens, is_settled
 from dse.analysis.messages.conflicts import earlier_on_flows, open_identifiers, soonest
 from dse.analysis.messages.stages import counted_buses, is_each_alone
 from dse.analysis.scheduling.busy_window import most_jobs
+from dse.analysis.scheduling.policies.faults import ERROR_BITS
 from dse.analysis.views import View
 from dse.space.architecture.arbitration import may_be_any
 from dse.space.model.space import Design, Space
@@ -49,7 +51,12 @@ class MessageWaits:
             variable, model, works = variables[key], self.rows.model, list[Any]()
             most = int(max(one.longest_ns for one in messages) * self.scale)
             begun = model.new_int_var(0, most, "")
-            window = wire.bit_ns + sum(_one_job(one) for one in messages if self._is_sure(own, one))
+            sure = [one for one in messages if one is not own and self._is_sure(own, one)]
+            before, least = sum(map(_one_job, sure)), min(item.last_ns for _, item in own.cases)
+            hits = min((most_jobs(faults, before + least) for faults in wire.faults), default=0)
+            again = ERROR_BITS * wire.bit_ns + max(one.frame_ns for one in (own, *sure))
+            works.append(int(hits * again * self.scale))
+            window = wire.bit_ns + before
             for one in messages:
                 if one is own:
                     continue
