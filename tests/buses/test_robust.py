@@ -128,6 +128,66 @@ def test_times_of_threads_and_messages_vary(what: str, longest: int, processing:
         assert dse.verify(found, problem=problem).status == "verified"
 
 
+STATED = """
+dse: 1
+name: stated response times
+processing: execution_time
+bus_types: {wire: {bandwidth: 1 Mbit/s, arbitration: priority, transmission_time: {fixed: 100 us}}}
+buses: {bus: {type: wire}}
+devices:
+  a: {period: 2 ms, compute_execution_time: 100 us .. 200 us, response_time: 100 us .. 1.6 ms}
+  b: {period: 5 ms}
+  sink: {}
+connections:
+  urgent: {from: a, to: sink, bus: bus, data_size: 1 B, identifier: 1}
+  other: {from: b, to: sink, bus: bus, data_size: 1 B, identifier: 2}
+flows: {f: {path: [b, other, sink]}}
+requirements: [response time of other <= LIMIT]
+objectives: [minimise latency of f]
+uncertainty: {WHAT}
+"""
+
+
+@pytest.mark.parametrize("what", ["", ".max"])
+def test_stated_response_times_of_senders_vary(what: str) -> None:
+    """A message that comes up to 1.98 ms late, and again 2 ms after its time, goes twice before another: 300 us."""
+    for limit, status in (("300 us", "complete"), ("299 us", "infeasible")):
+        text = STATED.replace("LIMIT", limit).replace("WHAT", f"devices.a.response_time{what}: {{factor: 0.8 .. 1.3}}")
+        assert solve_robust(dse.loads(text)).robust.status == status
+
+
+def test_a_shortest_time_before_a_stated_response_time_is_refused() -> None:
+    """The longer the shortest execution, the less jitter the message has; the message's receiver may wait longer."""
+    text = STATED.replace("LIMIT", "1 ms").replace("WHAT", "devices.a.compute_execution_time: {factor: 1 .. 2}")
+    with pytest.raises(dse.UsageError, match=r"rise and fall with .*state one value \(.*bus_queuing: not_counted\)"):
+        solve_robust(dse.loads(text))
+
+
+CHOSEN = """
+dse: 1
+name: an order that changes with sizes
+bus_types: {wire: {bandwidth: 1 Mbit/s, arbitration: priority, transmission_time: {fixed: 0 ms, per_byte: 100 us}}}
+buses: {bus: {type: wire}}
+devices: {a: {period: 20 ms}, b: {period: 1.2 ms}, c: {period: 20 ms}, sink: {}}
+connections:
+  first: {from: a, to: sink, bus: bus, data_size: 5 B, identifier: any, deadline: 4 ms}
+  second: {from: b, to: sink, bus: bus, data_size: 10 B, identifier: any, deadline: 5 ms}
+  third: {from: c, to: sink, bus: bus, data_size: 3 B, identifier: any}
+flows: {f: {path: [c, third, sink]}}
+requirements: [response time of first <= 9 ms]
+objectives: [minimise latency of f]
+uncertainty: {connections.first.deadline: {range: 4 ms .. 6 ms}}
+"""
+
+
+def test_an_order_that_changes_inside_a_range_is_refused() -> None:
+    """The later of two deadlines has the last place: with one below 5 ms `first` responds within 1.8 ms, else 2.8."""
+    with pytest.raises(dse.UsageError, match=r"moves in steps .* one value of connections\.first\.deadline"):
+        solve_robust(dse.loads(CHOSEN))
+    found = solve_robust(dse.loads(CHOSEN.replace("<= 9 ms", "<= 1.8 ms").replace("4 ms .. 6 ms", "4 ms .. 4.9 ms")))
+    assert found.robust.status == "complete"
+
+
 def test_a_refusal_says_what_helps_and_leaves_no_result(tmp_path: Path) -> None:
     """The bits of a frame move in steps with its size: one value of it is what helps, whatever waits."""
     what = "connections.m.data_size: {range: 2 B .. 8 B}"

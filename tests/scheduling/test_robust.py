@@ -214,3 +214,66 @@ def test_threads_that_release_each_other_vary() -> None:
         assert dse.verify(result, problem=problem).status == "verified"
         fronts.append({point.decisions["cpu.type"] for point in result.robust.front})
     assert fronts == [{"slow", "fast"}, {"fast"}]
+
+
+LOST_INPUT = """
+dse: 1
+name: a join that loses an input
+overload: allowed
+processor_types: {c: {cores: 2, price: 10 EUR}}
+processors: {p: {type: c}}
+devices: {d0: {period: 100 ms}, d1: {period: 30 ms}}
+threads:
+  hog: {processor: p, core: 1, priority: 9, period: 20 ms, compute_execution_time: 1 ms .. 10 ms}
+  slow: {processor: p, core: 1, priority: 1, dispatch_protocol: aperiodic, compute_execution_time: 1 ms .. 40 ms}
+  both: {processor: p, core: 2, priority: 5, dispatch_protocol: aperiodic, join: all, queue_size: 1,
+         compute_execution_time: 4 ms}
+  low: {processor: p, core: 2, priority: 1, period: 200 ms, compute_execution_time: 10 ms}
+connections: {c0: {from: d0, to: slow}, c1: {from: slow, to: both}, c2: {from: d1, to: both}}
+flows: {f: {path: [low]}}
+requirements: [latency of f <= LIMIT]
+objectives: [minimise latency of f]
+uncertainty: {threads.hog.compute_execution_time.max: {range: 10 ms .. MOST}}
+"""
+
+
+def test_a_join_that_loses_an_input_is_refused() -> None:
+    """With 12 ms of `hog` the slow input is late by up to 100 ms, so that `both` runs thrice before `low` has ended.
+
+    With 13 ms it has no bound: the other input counts the jobs of `both`, and `low` responds within 18 ms as with 10.
+    """
+    for most, limit, status in (("12 ms", "22 ms", "complete"), ("12 ms", "21 ms", "infeasible")):
+        text = LOST_INPUT.replace("MOST", most).replace("LIMIT", limit)
+        assert solve_robust(dse.loads(text)).robust.status == status
+    with pytest.raises(dse.UsageError, match="has no bound in part of the stated ranges, where the jobs of a thread"):
+        solve_robust(dse.loads(LOST_INPUT.replace("MOST", "13 ms").replace("LIMIT", "21 ms")))
+
+
+def test_an_order_that_may_change_with_a_period_is_refused() -> None:
+    """By its rate `a` goes first while its period is below 10 ms, else `b`: `a` responds within 1 or 3 ms."""
+    text = """
+dse: 1
+name: an order that changes
+deadlines: none
+processor_types: {c: {cores: 1, price: 10 EUR}}
+processors: {p: {type: c}}
+threads:
+  a: {processor: p, period: 10 ms, compute_execution_time: 1 ms}
+  b: {processor: p, period: 10 ms, compute_execution_time: 2 ms}
+flows: {f: {path: [a]}}
+requirements: [latency of f <= 2.5 ms]
+objectives: [minimise latency of f]
+uncertainty: {threads.a.period: {range: 7 ms .. PERIOD}}
+"""
+    assert (
+        solve_robust(
+            dse.loads(
+                text.replace("10 ms, compute_execution_time: 1 ms", "9 ms, compute_execution_time: 1 ms").replace(
+                    "PERIOD", "9 ms"
+                )
+            )
+        ).robust.status
+        == "complete"
+    )
+    with pytest.raises(dse.UsageError, match=r"moves in steps .* one value of threads\.a\.period"):
+        solve_robust(dse.loads(text.replace("PERIOD", "12 ms").replace("2.5 ms]", "4 ms]")))

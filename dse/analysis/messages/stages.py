@@ -321,7 +321,7 @@ def in_order(
     for position in reversed(range(len(carried))):
         before = longest_later[-1]
         blocked = before[0][1] if before else 0
-        if not before or sections[position] >= blocked:
+        if not before or space.is_traced or sections[position] >= blocked:  # traced figures need no name of a blocker
             before = (((carried[position], "message"), picked("max", sections[position], blocked)),)
         longest_later.append(before)
     longest_later.reverse()

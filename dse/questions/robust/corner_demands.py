@@ -151,7 +151,7 @@ class RobustQuestion:
     def _worsts_of(self, design: Design) -> list[tuple[OutputComparison, Worst]]:
         motion = motion_of(self.inputs, design, self.box) if self._is_scheduled else None
         if motion is None:
-            return self.box.worsts(DesignFunction(self.inputs, design, cores=False))
+            return self.box.worsts(DesignFunction(self.inputs, design, cores=False), may_jump=self._is_scheduled)
         function = ScheduledFunction(self.inputs, design, motion, self.box)
         return function.broken_without_bound(self.box) or self.box.worsts(function)
 

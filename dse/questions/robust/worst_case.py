@@ -77,8 +77,11 @@ class Box:
             item.set(values, ends[end])
         return values
 
-    def worsts(self, function: DesignFunction) -> list[tuple[OutputComparison, Worst]]:
+    def worsts(self, function: DesignFunction, *, may_jump: bool = False) -> list[tuple[OutputComparison, Worst]]:
         """For each comparison of a design the corner at which it is missed most, or met most narrowly.
+
+        A function that `may_jump` follows response times by their formulas: what decides an order, or how many jobs
+        there are, moves figures in steps.
 
         Raises
         ------
@@ -92,7 +95,7 @@ class Box:
             raise NotProvedError("latencies may fall where an executor of kind `polling` begins to be overloaded")
         ranges = [*self.ranges(function.inputs.nominal), *(item.range for item in function.further)]
         seeds = seeds_of(self.uncertain, len(function.inputs.nominal), function.further)
-        parts = [_BoxedProgram(program, ranges, seeds) for program in self._programs(function, ranges)]
+        parts = [_BoxedProgram(program, ranges, seeds) for program in self._programs(function, ranges, may_jump)]
         worsts = [(bound, self._worst(function, parts, bound)) for bound in function.outputs.bounds]
         return worsts + self._fullest_cores(function, parts)
 
@@ -206,14 +209,14 @@ class Box:
                 ranges[variable.index] = item.range_of(variable)
         return ranges
 
-    def _programs(self, function: DesignFunction, ranges: Sequence[Interval]) -> list[Program]:
+    def _programs(self, function: DesignFunction, ranges: Sequence[Interval], may_jump: bool) -> list[Program]:
         """The programs that apply somewhere in the box: one, unless a comparison is undecided."""
         try:
-            return self._applicable(function, ranges)
+            return self._applicable(function, ranges, may_jump)
         except TooManyGuardsError:
             raise NotProvedError("a figure takes more comparisons than are looked at") from None
 
-    def _applicable(self, function: DesignFunction, ranges: Sequence[Interval]) -> list[Program]:
+    def _applicable(self, function: DesignFunction, ranges: Sequence[Interval], may_jump: bool) -> list[Program]:
         program, _ = function.program_at([low for low, _ in self.ranges(function.inputs.nominal)])
         undecided = undecided_over(program, ranges)
         if not undecided:
@@ -221,13 +224,13 @@ class Box:
         jumps = [
             item
             for item in undecided
-            if item[2] in STEPS or (item[2] == "==" and item[3] and not is_zero_test(program, item[1]))
+            if may_jump or item[2] in STEPS or (item[2] == "==" and item[3] and not is_zero_test(program, item[1]))
         ]
         if jumps:
             names = self._behind(program, [side for item in jumps for side in item[:2]])
             raise NotProvedError(
                 f"a figure moves in steps within the stated ranges, of which nothing can be proved: state one value of "
-                f"{names}{_remedies(function.inputs.problem.space)}"
+                f"{names}{remedies_of(function.inputs.problem.space)}"
             )
         if len(self.uncertain) > MOST_FREE:
             raise NotProvedError(f"too many uncertain inputs ({len(self.uncertain)}) around a comparison")
@@ -243,7 +246,7 @@ class Box:
         )
 
 
-def _remedies(space: Space) -> str:
+def remedies_of(space: Space) -> str:
     """The settings of a problem without which times do not wait, in words; empty where none of them is left."""
     settings = [
         "deadlines: none" if space.deadlines != "none" else "",

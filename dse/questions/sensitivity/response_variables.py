@@ -29,11 +29,11 @@ from dse.analysis.scheduling.fixed_point import solve
 from dse.analysis.scheduling.model import EndKey, Stage
 from dse.analysis.scheduling.order import Schedule, Turn
 from dse.analysis.scheduling.policies.coupled import behind_next, releaser_on_core
-from dse.analysis.scheduling.resolve import resolve
+from dse.analysis.scheduling.resolve import resolve, resolve_buses
 from dse.analysis.scheduling.responses import UNBOUNDED_NS, all_responses, counted_ns, messages_of
 from dse.analysis.scheduling.tasks import alone_ns, elapsed_ns
 from dse.analysis.views import View
-from dse.questions.robust.worst_case import Box, Corner, Worst
+from dse.questions.robust.worst_case import Box, Corner, Worst, remedies_of
 from dse.questions.sensitivity.design_function import DesignFunction, OutputComparison
 from dse.questions.sensitivity.inputs import InputSpace, Values
 from dse.questions.sensitivity.intervals import (
@@ -81,6 +81,8 @@ class ScheduledFunction(DesignFunction):
         changing = any(is_unbounded(latest) and not is_unbounded(soonest) for soonest, latest in ends.values())
         self.top = motion.most if changing else None
         """The corner where some response time has no bound that has one elsewhere in the box, if there is one."""
+        self.counts_bounded_inputs = motion.counts_bounded_inputs
+        """Whether the jobs of some thread are counted by an input that has a bound (docs/semantics.md, section 3.8)."""
         super().__init__(inputs, design, cores=False)
         self.further = tuple(motion.response(key, ends[key]) for key in self.keys)
 
@@ -116,11 +118,21 @@ class ScheduledFunction(DesignFunction):
 
         An unbounded response time breaks every limit that contains it, at the corner where all times are longest. The
         list is empty when all response times are bounded in the box.
+
+        Raises
+        ------
+        NotProvedError
+            when a thread that waits for several inputs may come less often where one of these has no bound.
         """
         if self.top is None:
             return []
         outputs = self.analysed(box.values(self.inputs.nominal, self.top))
         worsts = [(bound, Worst(self.top, outputs[bound.value], outputs[bound.limit])) for bound in self.outputs.bounds]
+        if not self.broken(outputs) and self.counts_bounded_inputs:
+            raise NotProvedError(
+                "a response time has no bound in part of the stated ranges, where the jobs of a thread that waits for "
+                "all its inputs are counted by another one of these"
+            )
         return worsts if self.broken(outputs) else []
 
 
@@ -157,6 +169,8 @@ class Motion:
     """For each uncertain input 1 where response times rise with it, -1 where they fall, 0 where they do neither."""
     own: Mapping[TaskKey, tuple[Interval, ...]]
     """The slopes of each task's longest execution time, or transmission, in each of them."""
+    counts_bounded_inputs: bool
+    """Whether some thread waits for several inputs, and an input that has no bound decides nothing."""
 
     def response(self, key: EndKey, ends: Interval) -> Further:
         """The response time of a task as a variable, from its ends: it moves at least as its execution time does.
@@ -196,7 +210,7 @@ def motion_of(inputs: InputSpace, design: Design, box: Box) -> Motion | None:
         turns = [turn for *_, core in schedule.all_cores() for turn in core]
         stages = resolve(space, view).stages
         messages = [stage for key, stage in stages.items() if key[1] == "message"]
-        times = list(_times(space, turns, messages, view))
+        times = [*_times(space, turns, messages, view), *_times_of_senders(space, view)]
         for stage in stages.values():  # of which a shortest time decides how often it comes
             if (before := releaser_on_core(stages, stage)) is not None:
                 behind_next(stage, before)  # for its comparisons, which are guards
@@ -209,11 +223,14 @@ def motion_of(inputs: InputSpace, design: Design, box: Box) -> Motion | None:
         return None
     values, seeds = values_over(program, ranges), seeds_of(box.uncertain)
     slopes = [slopes_over(program, values, item) for item in seeds]
-    signs = tuple(_sign(program, one, item.path) for one, item in zip(slopes, box.uncertain, strict=True))
+    signs = tuple(
+        _sign(program, one, item.path, remedies_of(space)) for one, item in zip(slopes, box.uncertain, strict=True)
+    )
     keys = [*(turn.key for turn in turns), *(stage.key for stage in messages)]
     own = {key: tuple(one[program.outputs[2 * number]] for one in slopes) for number, key in enumerate(keys)}
     ends = (tuple(int(sign * way > 0) for sign in signs) for way in (-1, 1))
-    return Motion(space, next(ends), next(ends), signs, own)
+    joins = any(item.stored_by is not None or any(room is not None for room in item.rooms) for item in stages.values())
+    return Motion(space, next(ends), next(ends), signs, own, joins)
 
 
 def _tasks_of(space: Space, key: EndKey) -> list[TaskKey]:
@@ -240,6 +257,7 @@ def _times(space: Space, turns: list[Turn], messages: list[Stage], view: View) -
     for stage in messages:
         for release in stage.releases:
             yield release.most_ns - release.least_ns, 0
+            yield 0 if release.stream is None else release.stream.jitter_ns, 0
         bus = bus_of(space, stage.key[0], view)
         if bus is not None and at(space.buses[bus].arbitration, view) == "priority":
             yield identifier_range(space, bus, view)[0], 0
@@ -250,7 +268,17 @@ def _times(space: Space, turns: list[Turn], messages: list[Stage], view: View) -
             yield most - least, 0
 
 
-def _sign(program: Program, slopes: list[Interval], path: str) -> int:
+def _times_of_senders(space: Space, view: View) -> Iterator[tuple[Any, Any]]:
+    """The longest and shortest times of what sends messages, where response times of threads do not count.
+
+    A stated response time is among them (docs/semantics.md, section 3.2).
+    """
+    if counted_buses(space) and space.processing != "response_time":
+        for stage in resolve_buses(space, view).stages.values():
+            yield stage.elapsed_ns[::-1]
+
+
+def _sign(program: Program, slopes: list[Interval], path: str, remedies: str) -> int:
     """Which way response times move with an input: the sign of every longest time, and of that less the shortest."""
     outputs = [slopes[number] for number in program.outputs]
     pairs = list(zip(outputs[::2], outputs[1::2], strict=True))
@@ -258,8 +286,7 @@ def _sign(program: Program, slopes: list[Interval], path: str) -> int:
     rises, falls = all(low >= 0 for low, _ in moves), all(high <= 0 for _, high in moves)
     if not rises and not falls:
         raise NotProvedError(
-            f"response times may rise and fall with {path}; no end of its range is the worst: state one value, or "
-            "leave response times out (processing: execution_time)"
+            f"response times may rise and fall with {path}; no end of its range is the worst: state one value{remedies}"
         )
     return 0 if rises and falls else 1 if rises else -1
 
