@@ -21,6 +21,7 @@ from dse.questions.problem import Problem
 from dse.questions.robust.worst_case import Box, Corner, Worst
 from dse.questions.sensitivity.design_function import DesignFunction, OutputComparison
 from dse.questions.sensitivity.inputs import InputSpace, Variable
+from dse.questions.sensitivity.intervals import NotProvedError
 from dse.questions.sensitivity.response_variables import ScheduledFunction, motion_of
 from dse.questions.sensitivity.uncertainty import read_uncertainties
 from dse.questions.sweep.fronts import check_objectives
@@ -151,7 +152,13 @@ class RobustQuestion:
     def _worsts_of(self, design: Design) -> list[tuple[OutputComparison, Worst]]:
         motion = motion_of(self.inputs, design, self.box) if self._is_scheduled else None
         if motion is None:
-            return self.box.worsts(DesignFunction(self.inputs, design, cores=False), may_jump=self._is_scheduled)
+            plain = DesignFunction(self.inputs, design, cores=False)
+            try:
+                return self.box.worsts(plain, may_jump=self._is_scheduled)
+            except NotProvedError:
+                if not (broken := self.box.broken_corner(plain)):
+                    raise
+                return broken
         function = ScheduledFunction(self.inputs, design, motion, self.box)
         return function.broken_without_bound(self.box) or self.box.worsts(function)
 

@@ -99,6 +99,20 @@ class Box:
         worsts = [(bound, self._worst(function, parts, bound)) for bound in function.outputs.bounds]
         return worsts + self._fullest_cores(function, parts)
 
+    def broken_corner(self, function: DesignFunction) -> list[tuple[OutputComparison, Worst]]:
+        """The comparisons at the first corner where the analysis finds one broken: such a design is not robust.
+
+        Empty where all hold at every corner, or there are too many corners to look at; nothing is proved then.
+        """
+        if len(self.uncertain) > MOST_FREE:
+            return []
+        for corner in product((0, 1), repeat=len(self.uncertain)):
+            outputs = function.analysed(self.values(function.inputs.nominal, corner))
+            if function.broken(outputs):
+                bounds = function.outputs.bounds
+                return [(bound, Worst(corner, outputs[bound.value], outputs[bound.limit])) for bound in bounds]
+        return []
+
     def _fullest_cores(
         self, function: DesignFunction, parts: Sequence[_BoxedProgram]
     ) -> list[tuple[OutputComparison, Worst]]:
