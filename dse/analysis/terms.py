@@ -72,8 +72,8 @@ class Term:
     phased: Phased | None = None
     reads: Reads | None = None
     """What it is where response times are known, if it hangs on offsets and on these."""
-    message: int | None = None
-    """The connection whose message's time and waiting for its bus it is, as far as it grows with these."""
+    message: MessageWait | None = None
+    """The waiting of a message for its bus that it adds to the lower end, as far as it grows with that."""
     sampled: Sampled | None = None
     """What it is of, where an element of a flow may sample what another timer made."""
 
@@ -85,6 +85,19 @@ class Term:
             sum(term._rounded_up(view, scale) for term in terms) for terms in self.extreme.sums
         )
         return extreme
+
+
+@dataclass(frozen=True)
+class MessageWait:
+    """How often the waiting of a connection's message for its bus counts in a figure.
+
+    Where it `has_source` it counts from the latest time at which the message may be queued (docs/semantics.md, section
+    5.4), else from when it is.
+    """
+
+    number: int
+    has_source: bool = False
+    times: Fraction = Fraction(1)
 
 
 @dataclass(frozen=True)
@@ -338,7 +351,7 @@ def scaled_term(term: Term, factor: Fraction) -> Term:
         ends=scaled_ends if ends is not None else None,
         waits=(term.waits[0], term.waits[1] * factor) if term.waits is not None and factor > 0 else None,
         grows=term.grows and factor > 0,
-        message=term.message if factor > 0 else None,
+        message=replace(term.message, times=term.message.times * factor) if term.message and factor > 0 else None,
         phased=term.phased.scaled(factor) if term.phased is not None else None,
         reads=term.reads.scaled(factor) if term.reads is not None else None,
         sampled=term.sampled.scaled(factor) if term.sampled is not None else None,

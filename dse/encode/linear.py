@@ -11,7 +11,7 @@ from typing import Any, TypeAlias, TypeVar
 
 from ortools.sat.python import cp_model
 
-from dse.analysis.terms import Waiter
+from dse.analysis.terms import MessageWait, Waiter
 from dse.analysis.views import Case, View, tabulate
 from dse.encode import tuning as tuned
 from dse.encode.tuning import ModelTuning
@@ -79,8 +79,8 @@ class OpenTerm:
     """A thread or a chain, and what a nanosecond of its waiting adds at least."""
     may_fall: bool = False
     """Whether it may be less where some response time is longer."""
-    message: int | None = None
-    """The connection whose transmission and waiting for its bus it is."""
+    message: MessageWait | None = None
+    """The waiting of a message for its bus that it counts."""
     waiting: Callable[[View, Fraction], int] | None = None
     """The value of the term for a wait of the message in ns; None where limits on messages can be relaxed."""
     before: Mapping[int, int] = field(default_factory=dict)

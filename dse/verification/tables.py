@@ -29,7 +29,7 @@ from dse.verification.scheduling.clock_reads import Passage, in_units, passage_o
 from dse.verification.scheduling.contention import is_late_limit
 from dse.verification.scheduling.cores import CoreTable, core_table
 from dse.verification.scheduling.levels import Levels, levels_of, rooms, timely
-from dse.verification.scheduling.messages import is_message_limit
+from dse.verification.scheduling.messages import is_message_limit, wait_key
 from dse.verification.scheduling.sampling import formula_of
 from dse.verification.scheduling.threads import places_of, rate_of, waits_of
 from dse.verification.sums import Pick, Sum, SumBound, Summands, Waits
@@ -242,9 +242,9 @@ class _TableBuilder:
             key = self._waiter(term.waits[0])
             return Summands((self._least(term, owner),), waits=((key, term.waits[1]),))
         if upper and term.message is not None and self._is_large(term):
-            key = -1 - term.message
-            self.waits_of[key] = partial(_waited, term)
-            return Summands((self._least(term, owner),), waits=((key, ONE),))
+            key = wait_key(term.message.number, has_source=term.message.has_source)
+            self.waits_of[key] = partial(_waited, term, term.message.times)
+            return Summands((self._least(term, owner),), waits=((key, term.message.times),))
         if loose and term.ends is not None and self._has_many_cases(term):
             return Summands((self._least(term, owner),), is_loose=True)
         return Summands((self.term(term, owner),))
@@ -257,7 +257,7 @@ class _TableBuilder:
         if len(waiter.threads) == 1:
             self.waiting.add(waiter.threads[0])
         if waiter not in self.chains:
-            self.chains[waiter] = -1 - len(self.space.connections) - len(self.chains)
+            self.chains[waiter] = -1 - 2 * len(self.space.connections) - len(self.chains)
         return self.chains[waiter]
 
     def _threads_of(self, key: int) -> int:
@@ -448,9 +448,9 @@ def may_hold_waiting(space: Space, metric: Metric) -> bool:
     return is_scheduled(space, metric) or bool(counted_buses(space))
 
 
-def _waited(term: Term, view: View) -> Fraction:
-    """The increase of a figure by waiting, against its value without any waiting."""
-    return term.value(view) - _least_of(term, view)
+def _waited(term: Term, times: Fraction, view: View) -> Fraction:
+    """The waiting of a message, in ns, that counts so many times in a figure on top of its value without waiting."""
+    return (term.value(view) - _least_of(term, view)) / times
 
 
 def _least_of(term: Term, view: View) -> Fraction:

@@ -175,6 +175,24 @@ class Buses:
             found.append(self._inside([name, *here], Fraction(0), in_order=False))
         return min((each for each in found if each is not None), default=None)
 
+    def lag(self, name: str) -> Fraction | None:
+        """The longest from the latest time at which the source of its sender may have it queued to its end."""
+        takes, bus = self.scheduling.response[name, "message"], self.bus_of[name]
+        sender = self.reading.problem.component(name).get("from")
+        if takes is None or arbitration(self._type(bus)) != "priority":
+            return takes
+        if sender is None or self.reading.states_rate(name):
+            return takes
+        first = self.scheduling.chains.chain(sender)[0]
+        begins = self.scheduling.releases((first, "timer"))
+        if begins is None or begins.apart:
+            return takes
+        here = [other for other, _ in self.jobs if self.bus_of[other] == bus]
+        if Queues({each: self.queue(each) for each in here}).lines:
+            return takes
+        found = self._by_identifier(name, [other for other in here if other != name], bus, begins)
+        return None if found is None else min(found, takes)
+
     def _sender(self, name: str) -> str:
         return str(self.reading.problem.component(name).get("from") or f"outside of {name}")
 
@@ -184,12 +202,14 @@ class Buses:
             return None
         return play_inside(given, [], 0, in_order=in_order)
 
-    def _by_identifier(self, name: str, here: Sequence[str], bus: str) -> Fraction | None:
+    def _by_identifier(
+        self, name: str, here: Sequence[str], bus: str, counted: Releases | None = None
+    ) -> Fraction | None:
         order = self.order.get(bus) or sorted([name, *here], key=lambda each: self.identifier(each) or 0)
         place = order.index(name)
         queues = Queues({each: self.queue(each) for each in order})
         if not queues.lines:
-            return self._between(name, order[:place], order[place + 1 :], bus)
+            return self._between(name, order[:place], order[place + 1 :], bus, begins=counted)
         bit = Fraction(NS_PER_S) / quantities.bandwidth(self.reading.bus_field(bus, "bandwidth")) / 8
         frames = {each: (self.releases(each), self.times(each)[1], *self._last(each)) for each in order}
         faults = self._faults(bus)
@@ -221,7 +241,13 @@ class Buses:
         return computer if computer and self.reading.get(computer, "transmit_queue") == "fifo" else None
 
     def _between(
-        self, name: str, urgent: Sequence[str], behind: Sequence[str], bus: str, more: int = 0
+        self,
+        name: str,
+        urgent: Sequence[str],
+        behind: Sequence[str],
+        bus: str,
+        more: int = 0,
+        begins: Releases | None = None,
     ) -> Fraction | None:
         begun = max((self._last(other)[1] for other in behind), default=Fraction(0)) + more
         given: list[Any] = [(self.releases(each), self.times(each)[1]) for each in (name, *urgent)]
@@ -229,7 +255,7 @@ class Buses:
         hits = hits_of(self._faults(bus), max(self._last(each)[1] for each in (name, *urgent)), bit)
         if any(releases is None for releases, _ in given) or has_no_end([*given, *hits], 1 if begun or hits else 0):
             return None
-        return _play(given, begun, self._last(name)[0], bit, hits)
+        return _play(given, begun, self._last(name)[0], bit, hits, begins)
 
     def _faults(self, bus: str) -> tuple[int, int] | None:
         """The time between faults of the wire, and how many may come at once."""
@@ -245,12 +271,15 @@ def _play(
     last: Fraction,
     bit: Fraction,
     hits: Sequence[tuple[Releases, Fraction]] = (),
+    begins: Releases | None = None,
 ) -> Fraction | None:
     """The longest time from a release of the first of these to its end; the others go first until its `last` frame.
 
+    Of what `begins` its chain each job has one release: where that is later than its own the time is from there on.
     Another frame may have `begun` a moment before. What comes less than a bit after a frame has begun may still win it.
     Each fault of the wire that `hits` a frame before its end costs as much time.
     """
+    began = iter(()) if begins is None else begins.densest()
     faults = [(time, cost) for releases, cost in hits for time in islice(releases.densest(), MOST_PLAYED)]
     coming: list[tuple[Fraction, int, Fraction, Any]] = []
     for number, (releases, cost) in enumerate(given):
@@ -270,7 +299,8 @@ def _play(
             if number:
                 urgent.append(cost)
             else:
-                own.append([time, cost])
+                since = next(began, None)
+                own.append([time if since is None else max(time, since), cost])
             following = next(times, None)
             if following is not None:
                 heappush(coming, (following, number, cost, times))

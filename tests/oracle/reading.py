@@ -693,12 +693,16 @@ class Reading:
         return Scheduling(self, only_buses=True), self.looked_at.pop()
 
     @in_common
-    def connection_rows(self, connection: str) -> list[Row]:
-        """The contributions of a connection of a flow: what it takes, and what its message waits for its bus."""
+    def connection_rows(self, connection: str, lags: bool = False) -> list[Row]:
+        """The contributions of a connection of a flow: what it takes, and what its message waits for its bus.
+
+        Where it `lags` from when it is queued at the latest.
+        """
         rows = self.transit_rows(connection)
         if not self.problem.waiting_buses & set(self.stack(connection)):
             return rows
-        return [*rows, (connection, "waiting for the bus", 0, self._counted(self.messages.waits(connection)))]
+        waits = self.messages.waits(connection, lags=lags)
+        return [*rows, (connection, "waiting for the bus", 0, self._counted(waits))]
 
     def message_responses(self) -> dict[str, Fraction]:
         """The longest from when the message of each connection is sent until it is there."""
@@ -790,7 +794,7 @@ class Reading:
         run: Any = 0
         for name in path:
             if self.problem.section_of[name] == "connections":
-                found = [*self.connection_rows(name)]
+                found = [*self.connection_rows(name, self._lags(path, path.index(name)))]
                 arrival, first = name, False
             else:
                 way = tuple(path[: path.index(name)])
@@ -840,6 +844,20 @@ class Reading:
         if not row or self.problem.speaks_of_clocks or not self.problem.counts_responses:
             return False
         return self.triggers(name) == [arrival] and self.scheduling.chains.chain(name)[-2:-1] == [row[-1]]
+
+    def _lags(self, path: Sequence[str], place: int) -> bool:
+        """Whether a message of a flow counts from when it is queued at the latest, from the source of its sender on."""
+        if not self.problem.waiting_buses & set(self.stack(path[place])):
+            return False
+        if not place or self.problem.speaks_of_clocks or self._comes_to_a_join(path, path[place - 1]):
+            return False
+        chains, first = self.messages.chains, place - 1
+        while first > 1 and self.triggers(path[first]) == [path[first - 1]]:
+            if chains.chain(path[first])[-2:-1] != [path[first - 2]]:
+                break
+            first -= 2
+        since = [name for name in path[: first + 1] if self.problem.section_of[name] != "connections"]
+        return chains.chain(path[first]) == [path[first]] and any(map(chains.always_begins, since))
 
     def _in_rows(self, path: Sequence[str]) -> dict[str, list[str]]:
         """For each component of a path those in a row that release each other, itself among them."""

@@ -57,17 +57,21 @@ class Scheduling:
         self.windows = Windows(self)
         self.jobs += self.buses.jobs
         self.response: dict[Job, Fraction | None] = {job: self._alone(job) for job in self.jobs}
+        self.message_lags = {name: self.response[name, part] for name, part in self.buses.jobs}
         self.is_alone = True
         self.buses.choose()
         self.is_alone = False
         self._settle()
 
-    def waits(self, connection: str) -> Fraction | None:
-        """How long the message of a connection waits for its bus at most, 0 of one that waits for none."""
+    def waits(self, connection: str, *, lags: bool = False) -> Fraction | None:
+        """How long the message of a connection waits for its bus at most, 0 of one that waits for none.
+
+        From when it is queued, or where it `lags` from when it is at the latest.
+        """
         if connection not in self.buses.bus_of:
             return Fraction(0)
         name = self.buses.sent_as(connection)
-        response = self.response[name, "message"]
+        response = self.message_lags[name] if lags else self.response[name, "message"]
         return None if response is None else response - self.buses.times(name)[1]
 
     def of(self, name: str, part: str = "timer") -> Fraction | None:
@@ -142,12 +146,15 @@ class Scheduling:
             known = self.windows
             fresh = self._grown(self.response, {job: self._played(job) for job in self.jobs}, number)
             spans, lags = (
-                self._grown(before, found, number)
-                for before, found in zip((known.spans, known.lags), known.fresh(), strict=True)
+                self._grown(before, after, number)
+                for before, after in zip((known.spans, known.lags), known.fresh(), strict=True)
             )
-            if (fresh, spans, lags) == (self.response, known.spans, known.lags):
+            late = {name: lag and self.buses.lag(name) for name, lag in self.message_lags.items()}
+            late = self._grown(self.message_lags, late, number)
+            found = (fresh, spans, lags, late)
+            if found == (self.response, known.spans, known.lags, self.message_lags):
                 return
-            self.response, known.spans, known.lags = fresh, spans, lags
+            self.response, known.spans, known.lags, self.message_lags = found
 
     def _grown(self, before: dict[Any, Time], found: dict[Any, Time], number: int) -> dict[Any, Time]:
         """Times as they are now, None of what grows too far."""
@@ -416,7 +423,7 @@ class Scheduling:
         """What a connection brings: late by what its sender and the way may take longer than at least."""
         if connection in self.buses.bus_of:
             name = self.buses.sent_as(connection)
-            handed, takes = self.buses.releases(name), self.response[name, "message"]
+            handed, takes = self.buses.releases(name), self.message_lags[name]
             if handed is None or takes is None:
                 return None
             more = takes - self.buses.times(name)[0]

@@ -62,7 +62,7 @@ def step_rows(space: Space, step: Step, view: View) -> tuple[Row, ...]:
     if step.kind == "connection":
         if space.connections[step.index].is_inner:
             return ()
-        return delivery_rows(space, step.index, view)
+        return delivery_rows(space, step.index, view, has_source=step.has_source)
     component = _in_flow(space, step, view)
     rows = _callback_rows(space, step, component, view)
     for row in (_sampling_row(space, step, component, view), _queuing_row(space, step, component, view)):

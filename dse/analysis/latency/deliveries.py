@@ -14,10 +14,11 @@ from dse.space.model.space import Space
 from dse.support.units import Exact
 
 
-def delivery_rows(space: Space, number: int, view: View) -> tuple[Row, ...]:
+def delivery_rows(space: Space, number: int, view: View, *, has_source: bool = False) -> tuple[Row, ...]:
     """The rows of a connection: its transmission, and its waiting where it may wait for a bus.
 
-    Times in ns; waiting has a minimum of 0 (docs/semantics.md, section 5.4).
+    Times in ns; waiting has a minimum of 0. Where a flow `has_source` it counts from the latest time at which the
+    message may be queued (docs/semantics.md, section 5.4).
     """
     connection = space.connections[number]
     least, most, method = transmission_ns(space, connection, view)
@@ -25,7 +26,7 @@ def delivery_rows(space: Space, number: int, view: View) -> tuple[Row, ...]:
     bus = bus_of(space, number, view)
     if bus is None:
         return (row,)
-    waits = message_waits_ns(space, number, view)
+    waits = message_waits_ns(space, number, view, has_source=has_source)
     method = BUS_METHOD if waits < UNBOUNDED_NS else UNBOUNDED_BUS
     return row, Row("connection", connection.name, 0, BUS_METHOD, waits, method, space.buses[bus].name)
 

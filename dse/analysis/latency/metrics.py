@@ -40,7 +40,7 @@ from dse.analysis.osate.latency import FlowPosition, place_rows, place_step, riv
 from dse.analysis.rates import is_joined, is_periodic
 from dse.analysis.scheduling.chained import chain_wait_ns
 from dse.analysis.scheduling.responses import UNBOUNDED_NS
-from dse.analysis.terms import ZERO, FlowChain, Reads, Sampled, Term, exact_sum
+from dse.analysis.terms import ZERO, FlowChain, MessageWait, Reads, Sampled, Term, exact_sum
 from dse.analysis.views import View
 from dse.space.architecture.clocks import reads_when_jobs_begin
 from dse.space.model.criteria import Metric
@@ -280,9 +280,8 @@ def _delivery_term(space: Space, step: Step, kind: str) -> Term:
         least = value(view, alone)
         return least, least + UNBOUNDED_NS
 
-    return Term(
-        connection.name, value, ends=ends if waits else None, grows=waits, message=step.index if waits else None
-    )
+    message = MessageWait(step.index, step.has_source) if waits else None
+    return Term(connection.name, value, ends=ends if waits else None, grows=waits, message=message)
 
 
 def message_term(space: Space, number: int) -> Term:

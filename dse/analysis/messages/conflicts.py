@@ -27,9 +27,10 @@ from dse.analysis.messages.stages import (
     may_wait_for,
     message_key,
 )
+from dse.analysis.scheduling.busy_window import Task
 from dse.analysis.scheduling.policies.buses import Arbitrated
 from dse.analysis.scheduling.policies.faults import with_frame
-from dse.analysis.scheduling.resolve import released_undelayed
+from dse.analysis.scheduling.resolve import released_undelayed, source_undelayed
 from dse.analysis.views import View, tabulate
 from dse.space.architecture.arbitration import may_be_any
 from dse.space.model.space import Space
@@ -131,6 +132,7 @@ class Conflict:
 
 _CARRIED: Recall[list[int]] = Recall()
 _CANDIDATES: Recall[Candidate] = Recall()
+_SOURCES: Recall[Task | None] = Recall()
 
 
 def _candidates(space: Space, bus: int, view: View) -> tuple[list[int], list[Candidate]]:
@@ -179,12 +181,15 @@ class Soonest:
     before: frozenset[int]
 
 
-def soonest(space: Space, number: int, view: View, before: Collection[int] = ()) -> Soonest | None:
+def soonest(
+    space: Space, number: int, view: View, before: Collection[int] = (), *, has_source: bool = False
+) -> Soonest | None:
     """The `Soonest` of a message, of the orders that have the messages of the connections in `before` before it.
 
-    In the order that is chosen (`dse.analysis.messages.assignment`) it waits no less, and behind no fewer messages,
-    where that has those before it; nor does it where its bus is busier. None where it has no bound, or there is no such
-    order, or messages queue as they come.
+    It waits from when it is queued, or (`has_source`) from the latest time at which it may be. In the order that is
+    chosen (`dse.analysis.messages.assignment`) it waits no less, and behind no fewer messages, where that has those
+    before it; nor does it where its bus is busier. None where it has no bound, or there is no such order, or
+    messages queue as they come.
     """
     bus = _comparable_bus(space, number, view)
     if bus is None:
@@ -202,9 +207,13 @@ def soonest(space: Space, number: int, view: View, before: Collection[int] = ())
         return None
     behind = max((candidates[one].section_ns for one in made.order[place + 1 :]), default=0)
     longest = max(candidates[one].section_ns for one in made.order[: place + 1])
-    response = Arbitrated(own.task, known, behind, own.last_ns, bit, with_frame(faults, longest)).response_ns()
+    window = Arbitrated(own.task, known, behind, own.last_ns, bit, with_frame(faults, longest))
+    response = window.response_ns()
     if response is None:
         return None
+    source = _SOURCES.recall(space, carried[own_place], view, source_undelayed) if has_source else None
+    lag = None if source is None else window.counted_from(source).response_ns()
+    response = response if lag is None else min(lag, response)
     return Soonest(response - own.task.worst_ns, frozenset(carried[one] for one in urgent))
 
 

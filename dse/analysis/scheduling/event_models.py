@@ -14,7 +14,7 @@ from functools import lru_cache, reduce
 from typing import TypeAlias
 
 from dse.analysis.scheduling.busy_window import Stream, Task, TaskKey
-from dse.analysis.scheduling.model import ChainKey, Ends, Release, Stage
+from dse.analysis.scheduling.model import ChainKey, Ends, Release, Stage, lag_of
 from dse.space.model.arrivals import CyclicActivation
 from dse.support.units import Exact
 
@@ -215,8 +215,7 @@ class EventModels:
         released = _spaced(first, self._streams[first.key])
         best, worst = sender.elapsed_ns
         end = self.ends.get(key, worst)
-        if key[1] == "thread":
-            end = self.ends.get((key[0], key[0], "lag"), end)
+        end = self.ends.get(lag_of(key), end)
         if released is None or end is None:
             return None
         return tuple(Stream(item.period_ns, item.jitter_ns + max(end, worst) - best) for item in released)

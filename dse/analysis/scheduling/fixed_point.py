@@ -19,10 +19,10 @@ from typing import Any, TypeAlias
 from dse.analysis.scheduling.busy_window import Stream, Task, TaskKey, is_plain
 from dse.analysis.scheduling.event_models import EventModels
 from dse.analysis.scheduling.growth import TooLongError, growth, steps_along
-from dse.analysis.scheduling.model import ChainKey, EndKey, Ends, LagKey, Resource, System
+from dse.analysis.scheduling.model import ChainKey, EndKey, Ends, LagKey, Resource, System, lag_of
 from dse.analysis.scheduling.policies import accelerators, buses, chains, executors, preemptive
 from dse.analysis.scheduling.policies.accelerators import Served
-from dse.analysis.scheduling.policies.buses import OnBus
+from dse.analysis.scheduling.policies.buses import Arbitrated, OnBus
 from dse.analysis.scheduling.policies.chains import Chain, chains_in
 from dse.analysis.scheduling.policies.preemptive import Preempted
 from dse.analysis.scheduling.policies.segments import Segments, Spans
@@ -139,7 +139,7 @@ class Rounds:
         self.ends: dict[EndKey, Exact | None] = {one.key: system.stages[one.key].elapsed_ns[1] for one in entries}
         self.sources = sources_in(system)
         self.lagging = {entry.key for entry in entries if entry.executor is None and entry.key in self.sources}
-        self.ends |= {(key[0], key[0], "lag"): self.ends[key] for key in self.lagging}
+        self.ends |= {lag_of(key): self.ends[key] for key in self.lagging}
         self.paired = paired_in(system)
         self.ends |= {(key[0], key[0], "joined"): self.ends[key] for key in self.paired}
         self.chains = chains_in(system)
@@ -172,12 +172,13 @@ class Rounds:
         look_at_the_clock()
         for number, resource in enumerate(self.system.resources):
             tasks, earlier = [self.events.task(entry.key) for entry in resource.entries], self._before[number]
+            counted = [*tasks, *(self._source_of(entry.key) for entry in resource.entries if entry.key in self.sources)]
             succession = Succession(self.events, resource)
             related = succession.has_relatives or succession.has_coupled
             looks_beyond = related or _looks_beyond(resource)
-            if earlier is not None and not looks_beyond and all(map(_is_same, tasks, earlier)):
+            if earlier is not None and not looks_beyond and all(map(_is_same, counted, earlier)):
                 continue  # as in the round before
-            self._before[number] = tasks
+            self._before[number] = counted
             find = partial(window_of, resource, tasks=tasks, succession=succession, segments=self.segments)
             together = _remembered(resource, tasks, find) if self.is_plain and not related else None
             for position, entry in enumerate(resource.entries):
@@ -220,13 +221,17 @@ class Rounds:
         """Raise the lag of a stage; whether it rose."""
         lag = None
         if window is not None and self.ends[key] is not None:
-            assert isinstance(window, Preempted)
+            assert isinstance(window, Preempted | Arbitrated)
             lag = self._lag(window, key)
-        return self._raise((key[0], key[0], "lag" if key in self.sources else "joined"), lag)
+        return self._raise(lag_of(key) if key in self.sources else (key[0], key[0], "joined"), lag)
 
-    def _lag(self, window: Preempted, first: TaskKey) -> Exact | None:
+    def _source_of(self, key: TaskKey) -> Task | None:
+        """The releases of the source of a stage that has one; None where they come without a bound."""
+        return self.events.source_task(self.sources[key])
+
+    def _lag(self, window: Preempted | Arbitrated, first: TaskKey) -> Exact | None:
         """How long after the latest release of its `first` stage a window is over; None where it has no bound."""
-        jobs = self.events.source_task(self.sources[first]) if first in self.sources else self.paired[first]
+        jobs = self._source_of(first) if first in self.sources else self.paired[first]
         response = window.response_ns()
         if jobs is None or response is None:
             return None
@@ -245,7 +250,7 @@ class Rounds:
         if found is not None and self.count > 1 and self._is_beyond(found):
             found = None
         self.ends[key] = found
-        self.events.raised((key[0], "thread"))
+        self.events.raised((key[0], "message" if key[1] == "message" else "thread"))
         return True
 
     def _note_loss(self, resource: Resource, position: int, tasks: Sequence[Task | None]) -> None:

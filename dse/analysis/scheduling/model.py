@@ -20,19 +20,26 @@ from dse.support.units import Exact
 
 ChainKey: TypeAlias = tuple[int, int]
 """The last and the first thread of a chain on one core (`dse.analysis.scheduling.policies.chains`)."""
-LagKey: TypeAlias = tuple[int, int, Literal["lag", "joined"]]
-"""The last and the first thread of a chain on one core, or a thread twice, of which the lag is meant.
+LagKey: TypeAlias = tuple[int, int, Literal["lag", "joined"]] | tuple[int, Literal["message"], Literal["lag"]]
+"""The last and the first thread of a chain on one core, a thread twice, or a message, of which the lag is meant.
 
 Of a thread that needs all its inputs, *joined*, counted from the latest release by messages in order.
 """
 EndKey: TypeAlias = "TaskKey | ChainKey | LagKey"
+
+
+def lag_of(key: TaskKey) -> LagKey:
+    """The key of the lag of a thread or a message; callbacks have none, and no key of theirs is in `Ends`."""
+    return (key[0], "message", "lag") if key[1] == "message" else (key[0], key[0], "lag")
+
+
 Ends: TypeAlias = Mapping[EndKey, "Exact | None"]
 """For stages how long after the release of its thread each ends, in ns, as far as it is known; None without a bound.
 
 For chains how long after the release of its first thread the last one ends, less the longest times that what they send
 each other is on its way. The lag of either is how long after the latest release that there can be, counted from the
-release of its source, it ends (docs/semantics.md, section 4.9); it is there where that may be less. So is the time from
-the latest release of a thread that needs all its inputs (section 3.8).
+release of its source, it ends (docs/semantics.md, section 4.9, of a message 5.4); it is there where that may be less.
+So is the time from the latest release of a thread that needs all its inputs (section 3.8).
 """
 
 

@@ -30,6 +30,7 @@ from dse.analysis.scheduling.event_models import EventModels
 from dse.analysis.scheduling.model import Entry, Release, Resource, Server, Stage, Stated, System
 from dse.analysis.scheduling.order import Schedule, Turn, turns_of
 from dse.analysis.scheduling.overheads import interrupting, switching_ns
+from dse.analysis.scheduling.policies.successions import source_of_message
 from dse.analysis.scheduling.tasks import alone_ns, elapsed_ns, task_name
 from dse.analysis.views import View
 from dse.space.architecture.chains import chained_to, stated_place
@@ -100,6 +101,14 @@ def released_undelayed(space: Space, view: View, keys: Sequence[TaskKey]) -> dic
     stages = with_senders(keys, partial(_in_latencies, space, reader(space, view), view))
     events = EventModels(stages, {})
     return {key: events.task(key) for key in keys}
+
+
+def source_undelayed(space: Space, number: int, view: View) -> Task | None:
+    """What releases the chain of a message's sender where nothing waits; None of one whose time is not counted so."""
+    key: TaskKey = (number, "message")
+    stages = with_senders([key], partial(_in_latencies, space, reader(space, view), view))
+    source = source_of_message(stages, stages[key])
+    return None if source is None else EventModels(stages, {}).source_task(source)
 
 
 def _in_latencies(space: Space, read: Read, view: View, key: TaskKey) -> Stage:

@@ -19,7 +19,7 @@ from dse.analysis.memo import Recall
 from dse.analysis.messages.stages import bus_of, counted_buses, message_key, message_stage
 from dse.analysis.scheduling.busy_window import Part, Task, TaskKey
 from dse.analysis.scheduling.fixed_point import Solution, Window, response_ns, solve
-from dse.analysis.scheduling.model import EndKey, Ends
+from dse.analysis.scheduling.model import EndKey, Ends, lag_of
 from dse.analysis.scheduling.order import upstream
 from dse.analysis.scheduling.parts import Delay, Interference, Parts
 from dse.analysis.scheduling.priorities import deadline_ns
@@ -192,10 +192,12 @@ def messages_of(space: Space, view: View) -> Solution:
     return found
 
 
-def message_waits_ns(space: Space, number: int, view: View) -> Exact:
+def message_waits_ns(space: Space, number: int, view: View, *, has_source: bool = False) -> Exact:
     """For how long the message of a connection waits for its bus at most, in ns; `NO_BOUND` where that has no bound.
 
-    Where only some threads are to count (`View.groups`) no message waits: that is never above what it waits for.
+    Counted from when it is queued, or (`has_source`) from the latest time at which it may be queued after a release
+    of the source of its sender's chain (docs/semantics.md, section 5.4). Where only some threads are to count
+    (`View.groups`) no message waits: that is never above what it waits for.
     """
     if view.groups is not None or bus_of(space, number, view) is None:
         return 0
@@ -203,25 +205,28 @@ def message_waits_ns(space: Space, number: int, view: View) -> Exact:
     response: Any
     if (ends := view.memo.get("message ends")) is not None:  # variables of whoever follows them over a range of inputs
         response, alone = ends[key], message_stage(space, key[0], view).worst_ns
+        response = ends.get(lag_of(key), response) if has_source else response
     elif type(view) is View:
         solution = messages_of(space, view)
         response, alone = solution.ends[key], solution.system.stages[key].worst_ns
+        response = solution.ends.get(lag_of(key), response) if has_source else response
     else:
         alone = message_stage(space, key[0], view).worst_ns
         if ("waits", key) not in view.memo:
             view.memo["waits", key] = _MESSAGES.recall(space, key[0], view, _message_end)
-        (response,) = view.memo["waits", key]
+        response = view.memo["waits", key][has_source]
     return NO_BOUND if response is None or response >= UNBOUNDED_NS else response - alone
 
 
-_MESSAGES: Recall[tuple[Exact | None]] = Recall(256)
+_MESSAGES: Recall[tuple[Exact | None, Exact | None]] = Recall(256)
 
 
-def _message_end(space: Space, number: int, view: View) -> tuple[Exact | None]:
-    """The response time of a message on its bus in ns, None without a bound."""
+def _message_end(space: Space, number: int, view: View) -> tuple[Exact | None, Exact | None]:
+    """The response time of a message on its bus in ns and its lag, which is that where it has none; None: no bound."""
     is_whole = space.processing == "response_time"
-    system = resolve(space, view) if is_whole else resolve_buses(space, view, number)
-    return (solve(system).ends[number, "message"],)
+    ends = solve(resolve(space, view) if is_whole else resolve_buses(space, view, number)).ends
+    response = ends[number, "message"]
+    return response, ends.get((number, "message", "lag"), response)
 
 
 def subset_responses(space: Space, groups: Sequence[Sequence[int]], view: View) -> Ends:

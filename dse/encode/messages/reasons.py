@@ -43,7 +43,7 @@ def value_conditions(
     """
     if term.message is None:
         return None
-    known = conditions_of(space, chosen, term.message, term.value, view, exact)
+    known = conditions_of(space, chosen, term.message.number, term.value, view, exact)
     if known is not None:
         return known, exact
     sooner = soonest_conditions(space, chosen, term, view, has)
@@ -81,12 +81,13 @@ def soonest_conditions(
     some are late. Where that is no more than a solution `has`, of those orders in which messages of flows come first
     that the rule has before it for sure. None where that is no more either.
     """
-    number, waiting = term.message, term.waiting
-    if number is None or waiting is None or not _is_chosen_alike(space):
+    message, waiting = term.message, term.waiting
+    if message is None or waiting is None or not _is_chosen_alike(space):
         return None
+    number = message.number
 
     def least(seen: View, before: frozenset[int]) -> int | None:
-        found = soonest(space, number, seen, before)
+        found = soonest(space, number, seen, before, has_source=message.has_source)
         return None if found is None else waiting(seen, Fraction(found.waits_ns))
 
     for before in dict.fromkeys([frozenset[int](), earlier_on_flows(space, number, view)]):
@@ -111,10 +112,10 @@ def order_conditions(
     Each with the literal of `term.before` that is true then; only of messages of which the model does not know it, and
     as it is where no thread waits for another, by which identifiers are chosen.
     """
-    number = term.message
     alone = replace(space, processing="execution_time") if counts_responses(space) else space
-    if number is None or term.waiting is None or not term.before or not _is_chosen_alike(alone):
+    if term.message is None or term.waiting is None or not term.before or not _is_chosen_alike(alone):
         return
+    number = term.message.number
     told: set[int] = {other for other, literal in term.before.items() if known(literal)}
     for kept in dict.fromkeys([frozenset[int](), earlier_on_flows(alone, number, view)]):
         found = soonest(alone, number, view, kept)
@@ -165,15 +166,16 @@ def undelayed_conditions(
     Threads that wait pass on more jitter, and so messages wait no less, in any order. None where that is no more than
     a solution `has`.
     """
-    number, waiting = term.message, term.waiting
-    if number is None or waiting is None or not counts_responses(space):
+    message, waiting = term.message, term.waiting
+    if message is None or waiting is None or not counts_responses(space):
         return None
+    number = message.number
     alone = replace(space, processing="execution_time")
     if (sooner := soonest_conditions(alone, chosen, term, view, has)) is not None:
         return sooner
 
     def least(seen: View) -> int:
-        waited = message_waits_ns(alone, number, seen)
+        waited = message_waits_ns(alone, number, seen, has_source=message.has_source)
         return waiting(seen, Fraction(waited))
 
     found = least(View(view.design))

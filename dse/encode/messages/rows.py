@@ -21,6 +21,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from fractions import Fraction
 from functools import cached_property, partial
 from itertools import pairwise
 from math import floor
@@ -114,8 +115,11 @@ def add_rows(board: Board, limits: Iterable[tuple[int, int | None]]) -> None:
                 _OnBus(board, bus, given, guards).add()
 
 
-def add_waiting_rows(board: Board, number: int, least: Any, variable: Any, scale: int) -> dict[int, int]:
-    """Rows that say how long a message waits at least, of a figure in 1 / `scale` ns that is `least` without waiting.
+def add_waiting_rows(board: Board, number: int, least: Any, variable: Any, scale: Fraction) -> dict[int, int]:
+    """Rows that say how long a message waits at least, of a figure that is `least` without waiting.
+
+    A ns of waiting adds `scale` to the figure, be it counted from when the message is queued, or from the latest time
+    at which it may be: its first job in a busy period waits for no other one of its own.
 
     Each message with a lower number goes before it with each job that comes until it begins: one at least, and as many
     as come while all that surely go before it are sent. The longest of the others has begun, or goes first, too; where
@@ -169,7 +173,7 @@ class _OnBus:
             look_at_the_clock()
             self._add_time(messages, time, bit, where)
 
-    def add_waiting(self, number: int, least: Any, variable: Any, scale: int, open_: dict[int, Any]) -> None:
+    def add_waiting(self, number: int, least: Any, variable: Any, scale: Fraction, open_: dict[int, Any]) -> None:
         """Add the row of one message for this type of the bus; `open_` has literals of what may be before it."""
         board, space = self.board, self.board.space
         ((decision, option),) = self.given.items()
@@ -215,7 +219,7 @@ class _OnBus:
         form = sum(work * literal for work, literal in parts)
         board.model.add(variable >= least + form).only_enforce_if(board.options[decision][option])
 
-    def _begun(self, found: Sequence[_Message], before: Mapping[int, Any], scale: int) -> list[tuple[int, Any]]:
+    def _begun(self, found: Sequence[_Message], before: Mapping[int, Any], scale: Fraction) -> list[tuple[int, Any]]:
         """The longest frame of the messages that are not before one, as a sum: what it takes more than shorter ones."""
         maybe = [one for one in found if before.get(one.number) is not self.board.true]
         lengths = sorted({floor(_section(one) * scale) for one in maybe}, reverse=True)
@@ -226,7 +230,7 @@ class _OnBus:
             parts.append((length - shorter, self.board.any_of(ways) if len(ways) == len(long) else self.board.true))
         return parts
 
-    def add_blocking(self, number: int, least: Any, variable: Any, scale: int) -> None:
+    def add_blocking(self, number: int, least: Any, variable: Any, scale: Fraction) -> None:
         """Add rows for this type of the bus that the longest other frame has begun, or goes first."""
         board = self.board
         where = [board.options[decision][option] for decision, option in self.given.items()]

@@ -108,8 +108,9 @@ def _made_form(board: Board, measure: Measure, term: Term, rounded: Callable[[Fr
         None if term.waits is None or term.waits_where is not None else (term.waits[0], term.waits[1] * measure.scale)
     )
     before: Mapping[int, int] = {}
+    often = term.message.times if term.message is not None else Fraction(1)
     if term.message is not None and not term.may_fall:
-        before = add_waiting_rows(board, term.message, board.expression(lows), variable, measure.scale)
+        before = add_waiting_rows(board, term.message.number, board.expression(lows), variable, measure.scale * often)
     value = OpenTerm(
         variable,
         lambda view: rounded(term.value(view) * measure.scale),
@@ -117,7 +118,7 @@ def _made_form(board: Board, measure: Measure, term: Term, rounded: Callable[[Fr
         waits,
         term.may_fall,
         term.message,
-        None if board.is_guarded else lambda view, waited: rounded((ends(view)[0] + waited) * measure.scale),
+        None if board.is_guarded else lambda view, waited: rounded((ends(view)[0] + often * waited) * measure.scale),
         before,
     )
     board.open_terms.append(value)

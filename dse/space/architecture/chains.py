@@ -141,14 +141,16 @@ def with_chains(
     With them is told whether the flow comes to them from their source. A thread of which the flow states figures of its
     own is in no chain. Nor is what comes before a thread that may join all its triggers, which waits for the other ones
     as long as response times, added up, differ. One alone is a chain where another component may release it and the
-    flow comes from its source.
+    flow comes from its source. A connection is told whether the flow comes to its sender from the source of its chain.
     """
     rows: list[list[int]] = []  # places of the steps of each chain
     sources: list[bool] = []
     previous, has_source = None, False
     last_join = max((place for place, step in enumerate(steps) if step.before), default=-1)
+    found = list(steps)
     for place, step in enumerate(steps):
         if step.kind == "connection":
+            found[place] = replace(step, has_source=has_source)
             continue
         row = rows[-1] if rows else []
         if step.figures is not None or place < last_join or any(steps[item].index == step.index for item in row):
@@ -165,7 +167,6 @@ def with_chains(
             rows.append([place])
             sources.append(has_source)
         previous = step.index
-    found = list(steps)
     for row, from_source in zip(rows, sources, strict=True):
         threads = tuple(steps[place].index for place in row)
         if len(row) > 1 or (from_source and row and _may_lag(components, connections, threads[0])):

@@ -28,9 +28,9 @@ class Step:
     may join all its triggers `before` are the elements before it. One that `only_reads` counts until it reads: what it
     does with that does not. `chain` are the threads in a row of the flow that may be one chain with it on a core, the
     first of them first, itself among them. It `has_source` where the flow comes to the first of these through all that
-    may release it, from a source of its own on. Then a thread that another component may release is a chain by itself;
-    others alone are none. `unlinked` is an element of a flow that is part of another one: there OSATE
-    has lost the connection that leads to it.
+    may release it, from a source of its own on; a connection does where it comes so to what sends it. Then a thread
+    that another component may release is a chain by itself; others alone are none. `unlinked` is an element of a flow
+    that is part of another one: there OSATE has lost the connection that leads to it.
     """
 
     kind: Literal["component", "connection"]

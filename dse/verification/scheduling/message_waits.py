@@ -27,7 +27,7 @@ from dse.space.architecture.arbitration import may_be_any
 from dse.space.model.space import Design, Space
 from dse.support.units import Exact
 from dse.verification.scheduling.contention import Lesson
-from dse.verification.scheduling.messages import BusRows, Sent, limited_by_deadline, widened
+from dse.verification.scheduling.messages import BusRows, Sent, limited_by_deadline, message_of, wait_key, widened
 
 
 class MessageWaits:
@@ -41,13 +41,13 @@ class MessageWaits:
 
     def _add_bus(self, bus: int, variables: Mapping[int, Any]) -> None:
         asked = [
-            (kind, wire, messages, own)
+            (key, kind, wire, messages, own)
             for kind, wire, messages in self.rows.by_type(bus)
             for own in messages
-            if -1 - own.number in variables
+            for key in (wait_key(own.number, has_source=has_source) for has_source in (False, True))
+            if key in variables
         ]
-        for kind, wire, messages, own in asked:
-            key = -1 - own.number
+        for key, kind, wire, messages, own in asked:
             variable, model, works = variables[key], self.rows.model, list[Any]()
             most = int(max(one.longest_ns for one in messages) * self.scale)
             begun = model.new_int_var(0, most, "")
@@ -104,7 +104,7 @@ def order_lessons(
     if not is_chosen_alike(space, limits):
         return
     alone = replace(space, processing="execution_time")
-    number, told = -1 - key, set[int]()
+    number, told = message_of(key)[0], set[int]()
     for kept in dict.fromkeys([frozenset[int](), earlier_on_flows(alone, number, View(design))]):
         found = soonest(alone, number, View(design), kept)
         for other in sorted(found.before - told) if found is not None else ():
@@ -130,15 +130,15 @@ def soonest_lesson(
     """
     if not is_chosen_alike(space, limits):
         return None
-    alone, number = replace(space, processing="execution_time"), -1 - key
+    alone, (number, has_source) = replace(space, processing="execution_time"), message_of(key)
     for kept in dict.fromkeys([frozenset[int](), earlier_on_flows(alone, number, View(design))]):
-        least = soonest(alone, number, View(design), kept)
+        least = soonest(alone, number, View(design), kept, has_source=has_source)
         if least is None or least.waits_ns <= longer_ns:
             continue
         bound = Fraction(least.waits_ns)
 
         def is_as_long(given: Sequence[int], kept: frozenset[int] = kept, bound: Fraction = bound) -> bool:
-            found = soonest(alone, number, View(given), kept)
+            found = soonest(alone, number, View(given), kept, has_source=has_source)
             return found is not None and found.waits_ns >= bound
 
         return Lesson(_box(alone, number, design, is_as_long, kept), (), (key, bound))

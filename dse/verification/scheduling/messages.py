@@ -424,9 +424,19 @@ def _conflict_lesson(space: Space, conflict: Conflict, design: Design) -> Lesson
     return Lesson(box, ())
 
 
+def wait_key(number: int, *, has_source: bool) -> int:
+    """A key below 0 for the waiting of a message, by its connection: from when it is queued, or from its source on."""
+    return -1 - 2 * number - has_source
+
+
+def message_of(key: int) -> tuple[int, bool]:
+    """The connection of a `wait_key`, and whether it waits from its source on."""
+    return (-1 - key) // 2, bool((-1 - key) % 2)
+
+
 def waits_lesson(space: Space, key: int, waits: Callable[[View], Fraction], waited: Fraction, design: Design) -> Lesson:
     """The lesson from a message that waits `waited` ns or longer in a design."""
-    message, view = -1 - key, View(design)
+    message, view = message_of(key)[0], View(design)
 
     def is_as_long(given: Sequence[int]) -> bool:
         return waits(View(given)) >= waited
@@ -450,9 +460,10 @@ def undelayed_lesson(space: Space, key: int, longer_ns: Fraction, design: Design
     if not counts_responses(space):
         return None
     alone = replace(space, processing="execution_time")
+    number, has_source = message_of(key)
 
     def waits(view: View) -> Fraction:
-        return Fraction(message_waits_ns(alone, -1 - key, view))
+        return Fraction(message_waits_ns(alone, number, view, has_source=has_source))
 
     waited = waits(View(design))
     return waits_lesson(alone, key, waits, waited, design) if waited > longer_ns else None

@@ -32,6 +32,7 @@ from typing import TypeAlias
 from dse.analysis.scheduling.busy_window import (
     PLAIN,
     Task,
+    densest_releases_ns,
     is_late,
     is_plain,
     load,
@@ -59,6 +60,8 @@ class Arbitrated:
         what comes up to so much after a start still competes for it.
     faults
         the faults of the wire, each with what it costs this message; None where none are counted.
+    source
+        what releases the chain of its sender, where the time counts from the latest release of that on.
 
     Examples
     --------
@@ -72,6 +75,13 @@ class Arbitrated:
     >>> last = Arbitrated(c, (a, b), 0, 1000, 0)
     >>> last.response_ns(), last.parts().earlier_jobs
     (3500, 1)
+
+    A message of 328 every 5000 that comes up to 8612 late may be queued right behind an earlier one, which comes late
+    then, but was early itself: 656 after the latest time at which it can be queued it has been sent.
+
+    >>> late = Arbitrated(periodic("pdo", 328, 5000, 8612), (), 328, 328, 2)
+    >>> late.response_ns(), late.counted_from(periodic("timer", 0, 5000)).response_ns()
+    (984, 656)
     """
 
     task: Task
@@ -80,6 +90,11 @@ class Arbitrated:
     last_ns: Exact
     bit_ns: Exact
     faults: Task | None = None
+    source: Task | None = None
+
+    def counted_from(self, source: Task) -> Arbitrated:
+        """The message with its time counted from the latest time at which a release of a source may have it queued."""
+        return replace(self, source=source)
 
     def response_ns(self) -> Exact | None:
         """The longest time from when the message is queued to its end, in ns; None where it has no bound.
@@ -88,7 +103,7 @@ class Arbitrated:
         with jitter.
         """
         numbers = (self.blocked_ns, self.last_ns, self.bit_ns)
-        tasks = (self.task, *self.urgent, *self.of_wire)
+        tasks = (self.task, *self.urgent, *self.of_wire, *(() if self.source is None else (self.source,)))
         plain = all(type(item) in PLAIN for item in numbers) and all(map(is_plain, tasks))
         found = _remembered(self) if plain else self.worst_job()
         return None if found is None else found[1] - found[0]
@@ -131,8 +146,9 @@ class Arbitrated:
     def worst_job(self) -> tuple[Exact, Exact] | None:
         """Release and end of the job that responds last, from when its busy period begins; None without a bound.
 
-        Both in ns. Without a bound: more than 100 % of the bus is used, or exactly 100 % with blocking or jitter, or
-        the busy period takes too many steps.
+        Both in ns. With a `source` the soonest release of that, counted from its first one, in place of that of the
+        message, where it is later. Without a bound: more than 100 % of the bus is used, or exactly 100 % with blocking
+        or jitter, or the busy period takes too many steps.
         """
         task, urgent, blocked = self.task, [item for item in self.urgent if item.worst_ns], self.blocked_ns
         used = load(self.demand)
@@ -154,11 +170,13 @@ class Arbitrated:
         worst: tuple[Exact, Exact] = (0, 0)
         start: Exact = 0
         others = (*work.fellows, *self.of_wire)
+        apart = None if self.source is None else densest_releases_ns(self.source)
         for count, release in enumerate(until_end(releases_to_look_at_ns(self.task, others), busy)):
             before = self.blocked_ns + count * self.task.worst_ns + (self.task.worst_ns - self.last_ns)
             start = work.least(max(before, start), partial(needed, before))
-            if start + self.last_ns - release > worst[1] - worst[0]:
-                worst = release, start + self.last_ns
+            since = release if apart is None else max(release, next(apart, release))
+            if start + self.last_ns - since > worst[1] - worst[0]:
+                worst = since, start + self.last_ns
         return worst
 
 

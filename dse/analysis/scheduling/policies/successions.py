@@ -241,8 +241,9 @@ class Succession:
 def sources_in(system: System) -> dict[TaskKey, TaskKey]:
     """Of each stage from which a lag may count the source: the first of its chain.
 
-    Those are stages that the end of another one releases, and that may have windows of chains. One alone has a lag
-    where only priorities schedule it.
+    Those are stages that the end of another one releases: threads that may have windows of chains, and messages that
+    compete by their identifiers, none in a queue, whose sender belongs to the chain. A thread alone has a lag where only
+    priorities schedule it (docs/semantics.md, sections 4.9 and 5.4).
     """
     stages, sources = system.stages, dict[TaskKey, TaskKey]()
 
@@ -255,13 +256,36 @@ def sources_in(system: System) -> dict[TaskKey, TaskKey]:
                 break
         return sources.setdefault(key, way[-1])
 
-    return {
+    found = {
         entry.key: first
         for resource in system.resources
         if resource.wire is None and not resource.is_accelerator
         for entry in resource.entries
         if may_have_windows(entry, stages[entry.key]) and (first := source(entry.key)) != entry.key
     }
+    for resource in system.resources:
+        wire = resource.wire
+        if wire is None or wire.arbitration != "priority" or wire.lines:
+            continue
+        for entry in resource.entries:
+            first_of_chain = source_of_message(stages, stages[entry.key])
+            if first_of_chain is not None:
+                found[entry.key] = first_of_chain
+    return found
+
+
+def source_of_message(stages: Mapping[TaskKey, Stage], message: Stage) -> TaskKey | None:
+    """The first stage of the chain of what sends a message; None where nothing does, or that keeps its jobs apart.
+
+    Then the time of the message counts from when it is queued (docs/semantics.md, section 5.4).
+    """
+    sender = message.releases[0].after if message.releases else None
+    if sender is None:
+        return None
+    first = stages[sender].first
+    for before in _before(stages, first):
+        first = before
+    return first if stages[first].separation_ns is None else None
 
 
 def is_prioritised(entry: Entry, stage: Stage) -> bool:
