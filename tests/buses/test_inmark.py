@@ -32,10 +32,10 @@ def robot(folder: Path, edit: tuple[str, str]) -> Path:
 @pytest.mark.parametrize(
     ("edit", "fixed", "points"),
     [
-        (("dse: 1", "dse: 1\nbus_queuing: not_counted"), [DEFAULT], {29000: 19923504, 104000: 10976753}),
-        (("dse: 1", "dse: 1"), [DEFAULT], {104000: 18825060, 104500: 14592753, 105500: 12640753, 108000: 11664753}),
-        (("dse: 1", "dse: 1"), [], {104000: 12617060, 104500: 11488753, 105500: 11088753, 108000: 10888753}),
-        (ANY, [], {104000: 12617060, 104500: 11488753, 105500: 11088753, 108000: 10888753}),
+        (("dse: 1", "dse: 1\nbus_queuing: not_counted"), [DEFAULT], {29000: 19851504, 30500: 19689504, 104000: 11904753}),
+        (("dse: 1", "dse: 1"), [DEFAULT], {104000: 18064753, 104500: 13876753, 105500: 12282753, 108000: 11485753}),
+        (("dse: 1", "dse: 1"), [], {30500: 19959504, 104000: 12984753, 104500: 11336753, 105500: 11012753, 108000: 10850753}),
+        (ANY, [], {30500: 19959504, 104000: 12984753, 104500: 11336753, 105500: 11012753, 108000: 10850753}),
     ],
     ids=["not counted", "default", "chosen", "any"],
 )  # fmt: skip
@@ -54,16 +54,16 @@ def test_the_robot_with_its_bus_counted(
     assert min(least) == min(points)
 
 
-@pytest.mark.parametrize(("chosen", "count", "jitter"), [(False, 10, 11664753), (True, 12, 10888753)])
+@pytest.mark.parametrize(("chosen", "count", "jitter"), [(False, 10, 11485753), (True, 12, 10850753)])
 def test_threads_and_messages_of_the_robot_wait(chosen: bool, count: int, jitter: int, tmp_path: Path) -> None:
-    """20 ms take the Spectra, as without waiting threads, and chosen identifiers give the least jitter (in ns).
+    """20 ms take a chosen identifier or the Spectra, as without waiting threads; jitter is the least, in ns.
 
     Both proofs end in about a second.
     """
     problem = dse.load(robot(tmp_path, ANY) if chosen else PROBLEMS / "inmark_can.yaml")
     result = dse.solve(problem, fix=() if chosen else [DEFAULT])
     prices, jitters = ([point.objectives[name] for point in result.front] for name in ("price", JITTER))
-    assert (result.status, len(prices), min(prices), min(jitters)) == ("complete", count, 104_000, jitter)
+    assert (result.status, len(prices), min(prices), min(jitters)) == ("complete", count, 30_500 if chosen else 104_000, jitter)
     assert dse.verify(result, problem=problem).status == "verified"
 
 
@@ -74,4 +74,4 @@ def test_what_the_readme_says_of_identifiers() -> None:
     for what, fixed in (("default", [DEFAULT]), ("chosen", [])):
         front = dse.solve(problem, fix=fixed, minimise=["price", JITTER]).front
         found[what] = min((point.objectives["price"], point.objectives[JITTER]) for point in front)
-    assert found == {"default": (104_000, 18_825_060), "chosen": (104_000, 12_617_060)}
+    assert found == {"default": (104_000, 18_064_753), "chosen": (30_500, 19_959_504)}
