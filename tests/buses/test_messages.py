@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 import dse
+from dse.analysis.evaluate import Evaluator
 from dse.analysis.measures import all_metrics, build_measure
 from dse.analysis.views import View
 from dse.report.words.contention import bus_words
@@ -227,3 +228,51 @@ def test_messages_with_open_periods_rates_and_identifiers() -> None:
     found = dse.solve(dse.loads("\n".join(lines)))
     assert found.status == "complete"
     assert [point.objectives["price"] for point in found.front] == [600]  # at 125 kbit/s nine frames take longer
+
+
+LATE = """
+dse: 1
+name: a message later than its period
+processing: execution_time
+bus_types: {can_500k: {bandwidth: 500 kbit/s, transmission_time: {fixed: 328 us}, arbitration: priority}}
+buses: {can0: {type: can_500k}}
+devices: {relay: {compute_execution_time: 1 ms .. 9612 us}, timer: {period: 5 ms}, other: {period: 50 ms}, sink: {}}
+connections:
+  command: {from: timer, to: relay}
+  pdo: {from: relay, to: sink, data_size: 8 B, bus: can0, identifier: 1}
+  status: {from: other, to: sink, data_size: 8 B, bus: can0, identifier: 2, port: data}
+flows: {whole: {path: [timer, relay, sink]}, part: {path: [relay, sink]}}
+"""
+
+
+def test_a_late_message_has_been_early_behind_its_own_one() -> None:
+    """docs/semantics.md, section 5.4: a response time of 984 us, and 656 us from its latest release on."""
+    found = dse.analyse(dse.loads(LATE))
+    (pdo,) = [item for item in found.messages["can0"] if item.name == "pdo"]
+    assert pdo.response_ns == 984_000
+    values = Evaluator(dse.loads(LATE).space).metric_values(())
+    took = 9_612_000 + 328_000  # the relay, and the message on the wire
+    waits = {flow: values[f"latency of {flow}"] - took for flow in ("whole", "part")}
+    assert waits == {"whole": 328_000, "part": 656_000}
+
+
+def test_a_figure_of_a_message_times_a_constant() -> None:
+    """Waiting counts as often as the metric says, in the search and in the second proof."""
+    lines = [
+        "dse: 1",
+        "name: scaled",
+        "bus_types: {can: {bandwidth: 125 kbit/s, frame: can}}",
+        "buses: {b: {type: can}}",
+    ]
+    lines += ["device_types:", "  quick: {compute_execution_time: 500 us}", "  slow: {compute_execution_time: 4 ms}"]
+    lines += ["devices:", "  src: {period: 20 ms, type: [quick, slow]}", "  sink: {}"]
+    lines += [f"  d{one}: {{period: [100 ms, 101 ms]}}" for one in range(9)]
+    lines += ["connections:", "  m: {from: src, to: sink, data_size: 8 B, bus: b, identifier: [1, 900], port: data}"]
+    for one in range(9):
+        sent = f"from: d{one}, to: sink, data_size: {8 if one < 2 else 4} B, bus: b, port: data"
+        lines.append(f"  c{one}: {{{sent}, identifier: {100 + one if one < 2 else 1000 + one}}}")
+    lines += ["flows: {f: {path: [src, sink]}}", "metrics: {part: latency of f * 0.01}"]
+    lines.append('rules: ["src.type = quick requires m.identifier = 900", "src.type = slow requires m.identifier = 1"]')
+    found = dse.solve(dse.loads("\n".join(lines)), minimise=["part"])
+    assert [point.decisions["src.type"] for point in found.front] == ["quick"]
+    assert not dse.verify(found).findings

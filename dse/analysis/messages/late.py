@@ -21,7 +21,9 @@ from dse.analysis.messages.stages import (
 from dse.analysis.messages.waits import MessageResponse, message_responses
 from dse.analysis.scheduling.model import NO_PROCESSOR
 from dse.analysis.scheduling.policies import buses
-from dse.analysis.scheduling.responses import UNBOUNDED_NS, messages_of
+from dse.analysis.scheduling.policies.buses import Arbitrated
+from dse.analysis.scheduling.policies.successions import sources_in
+from dse.analysis.scheduling.responses import UNBOUNDED_NS, message_waits_ns, messages_of
 from dse.analysis.views import View
 from dse.space.model.space import Space
 from dse.space.model.trees import at
@@ -81,8 +83,9 @@ def late_messages(space: Space, verdicts: Sequence[Verdict], view: View) -> Iter
                 found = _found(space, step.index, view) if step.kind == "connection" else None
                 response = None if found is None else found[1].response_ns
                 if found is not None and response is not None and response > found[1].transmission_ns[1]:
-                    rest = response - excess
-                    yield _late(space, step.index, view, rest, rest, requirement.shown)
+                    waits_ns = message_waits_ns(space, step.index, view, has_source=step.has_source)
+                    rest = found[1].transmission_ns[1] + waits_ns - excess
+                    yield _late(space, step.index, view, rest, rest, requirement.shown, has_source=step.has_source)
 
 
 def _found(space: Space, number: int, view: View) -> tuple[int, MessageResponse] | None:
@@ -94,8 +97,17 @@ def _found(space: Space, number: int, view: View) -> tuple[int, MessageResponse]
     return bus, next(item for item in message_responses(space, bus, view) if item.name == name)
 
 
-def _late(space: Space, number: int, view: View, rest: Exact, limit: Exact, flow: str = "") -> LateMessage:
-    """A message whose response time on its bus is more than what is left for it.
+def _late(
+    space: Space,
+    number: int,
+    view: View,
+    rest: Exact,
+    limit: Exact,
+    flow: str = "",
+    *,
+    has_source: bool = False,
+) -> LateMessage:
+    """A message whose response time on its bus, or lag where it `has_source`, is more than what is left for it.
 
     `limit` is that of all that carries it; `flow` the limit of a flow that it is in.
     """
@@ -104,12 +116,13 @@ def _late(space: Space, number: int, view: View, rest: Exact, limit: Exact, flow
     bus, message = found
     first, late = message_key(space, number, view)[0], None
     if message.response_ns is not None:
-        late = message.response_ns - rest
+        waits_ns = message_waits_ns(space, number, view, has_source=has_source)
+        late = message.transmission_ns[1] + waits_ns - rest
     name = space.buses[bus].name
     if message.priority is not None:
         priority, makes_late = _priority_for(space, bus, first, rest, view)
         return LateMessage(name, message, Fraction(limit), late, makes_late=makes_late, priority=priority, flow=flow)
-    before, identifier, makes_late = _place_for(space, bus, first, rest, view)
+    before, identifier, makes_late = _place_for(space, bus, first, rest, view, has_source=has_source)
     return LateMessage(name, message, Fraction(limit), late, before, identifier, makes_late, flow=flow)
 
 
@@ -146,7 +159,7 @@ def _priority_for(space: Space, bus: int, number: int, limit: Exact, view: View)
 
 
 def _place_for(
-    space: Space, bus: int, number: int, limit: Exact, view: View
+    space: Space, bus: int, number: int, limit: Exact, view: View, *, has_source: bool
 ) -> tuple[str | None, int | None, tuple[str, ...]]:
     """The message right before which another is in time, a free identifier there, and what is late then."""
     solution = messages_of(space, view)
@@ -158,6 +171,8 @@ def _place_for(
     known = dict(zip(carried_by(space, bus, view), candidates_of(space, bus, view, lambda _: tasks), strict=True))
     order = [entry.key[0] for entry in resource.entries]
     own, faults = order.index(number), faults_on(space, bus, view)
+    first = sources_in(solution.system).get((number, "message")) if has_source else None
+    source = None if first is None else solution.windows.events.source_task(first)
 
     def is_kept(message: int, order: Sequence[int], limit_ns: Exact | None) -> bool:
         place = order.index(message)
@@ -167,6 +182,11 @@ def _place_for(
             response = None if window is None else window.response_ns()
             return limit_ns is None or (response is not None and response <= limit_ns)
         mine, behind = known[message], max((known[other].section_ns for other in order[place + 1 :]), default=0)
+        if message == number and source is not None:
+            window = buses.window_of(in_order(space, bus, order, view), place, [tasks[one, "message"] for one in order])
+            assert window is None or isinstance(window, Arbitrated)
+            lag = None if window is None else window.counted_from(source).response_ns()
+            return limit_ns is None or (lag is not None and lag <= limit_ns)
         made = Candidate(mine.task, mine.last_ns, mine.section_ns, limit_ns, None, mine.is_on_flow)
         return is_in_time(made, [known[other] for other in order[:place]], behind, wire.bit_ns, faults)
 

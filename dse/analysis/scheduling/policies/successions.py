@@ -242,8 +242,8 @@ def sources_in(system: System) -> dict[TaskKey, TaskKey]:
     """Of each stage from which a lag may count the source: the first of its chain.
 
     Those are stages that the end of another one releases: threads that may have windows of chains, and messages that
-    compete by their identifiers, none in a queue, whose sender belongs to the chain. A thread alone has a lag where only
-    priorities schedule it (docs/semantics.md, sections 4.9 and 5.4).
+    compete by their identifiers, none in a queue, whose sender belongs to the chain. A thread alone has a lag where
+    only priorities schedule it (docs/semantics.md, sections 4.9 and 5.4).
     """
     stages, sources = system.stages, dict[TaskKey, TaskKey]()
 
