@@ -43,7 +43,7 @@ def draw_bus_problem(seed: int, *, decisions: int = 3, responses: bool | None = 
     lines.append("         arbitration: priority, price: 4 EUR}")
     times = "transmission_time: {fixed: 200 us .. 300 us, per_byte: 20 us}, bandwidth: 200 kbit/s"
     lines.append(f"  plain: {{{times}, arbitration: {rng.choice(KINDS)}, price: 2 EUR}}")
-    longest = Random(f"late {seed}").choice(("150 us", "150 us", "6 ms", "9 ms"))  # messages later than their periods
+    longest = Random(f"late {seed}").choice(("150 us",) * 6 + ("6 ms", "9 ms"))  # later than its period
     lines.append(f"  ipc: {{virtual: true, transmission_time: {{fixed: 10 us .. {longest}}}, overhead: 1 B}}")
     lines += ["processors: {p: {type: c}}", "buses:"]
     buses = ["can0", "can1"] if rng.random() < 0.4 else ["can0"]
