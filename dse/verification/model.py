@@ -39,8 +39,9 @@ from dse.verification.scheduling.contention import (
 from dse.verification.scheduling.core_symmetry import Numbering
 from dse.verification.scheduling.cores import add_cores
 from dse.verification.scheduling.first_designs import Claim, Earlier, EarlierDesigns, add_earlier, limit_options
+from dse.verification.scheduling.message_lessons import message_lessons, undelayed_lesson, waits_lesson
 from dse.verification.scheduling.message_waits import MessageWaits, order_lessons, soonest_lesson
-from dse.verification.scheduling.messages import BusRows, message_lessons, undelayed_lesson, waits_lesson
+from dse.verification.scheduling.messages import BusRows
 from dse.verification.scheduling.waiting import WaitVariables
 from dse.verification.solver_calls import Reply
 from dse.verification.sums import Sum

@@ -29,7 +29,7 @@ from dse.verification.scheduling.clock_reads import Passage, in_units, passage_o
 from dse.verification.scheduling.contention import is_late_limit
 from dse.verification.scheduling.cores import CoreTable, core_table
 from dse.verification.scheduling.levels import Levels, levels_of, rooms, timely
-from dse.verification.scheduling.messages import is_message_limit, wait_key
+from dse.verification.scheduling.message_lessons import is_message_limit, wait_key
 from dse.verification.scheduling.sampling import formula_of
 from dse.verification.scheduling.threads import places_of, rate_of, waits_of
 from dse.verification.sums import Pick, Sum, SumBound, Summands, Waits

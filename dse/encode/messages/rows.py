@@ -46,6 +46,7 @@ from dse.analysis.scheduling.policies.faults import ERROR_BITS
 from dse.analysis.scheduling.resolve import released_undelayed
 from dse.analysis.views import PartialView, View, allowed_options, tabulate
 from dse.encode.linear import EXACT_LIMIT, Board, Given
+from dse.encode.messages.capped_sums import Row
 from dse.encode.messages.frames import Rider, due_riders, own_literal, riders_of
 from dse.space.architecture.arbitration import may_be_any
 from dse.space.model.space import EMPTY
@@ -329,7 +330,7 @@ class _OnBus:
         blocker = blocker if blocked is None else None
         counted = [self._due_parts(message, time) for message in due]
         for (begin, end), literal in zip(ends, chosen, strict=True):
-            row = _Row(board, floor(self._faulty(due, time, begin, bit) * scale), floor(end * scale), blocked)
+            row = Row(board, floor(self._faulty(due, time, begin, bit) * scale), floor(end * scale), blocked)
             if blocker is not None:
                 row.add(blocker.own, _section(blocker), scale)
             for cases, riders in counted:
@@ -456,36 +457,6 @@ class _OnBus:
                 found[message.number] = board.any_of(board.all_of(pair) for pair in pairs)
         self.chain[key] = found
         return found
-
-
-class _Row:
-    """constant + sum of coefficient * literal <= most; `blocked` is a variable on top, with its greatest value."""
-
-    def __init__(self, board: Board, constant: int, most: int, blocked: tuple[Any, int] | None = None) -> None:
-        self.board, self.constant, self.most, self.blocked = board, constant, most, blocked
-        self.parts: dict[int, tuple[Any, int]] = {}
-
-    def add(self, literal: Any, work: Exact, scale: int) -> None:
-        """Work where a literal is true, rounded down."""
-        counted = floor(work * scale)
-        if literal.index == self.board.true.index:
-            self.constant += counted
-        elif counted > 0:
-            before = self.parts.get(literal.index, (literal, 0))[1]
-            self.parts[literal.index] = literal, before + counted
-
-    def demand(self, where: Sequence[Any]) -> None:
-        """The row where all these literals are true."""
-        total = sum(counted for _, counted in self.parts.values()) + (self.blocked[1] if self.blocked else 0)
-        if self.constant + total <= self.most or self.constant + total >= EXACT_LIMIT:
-            return
-        held = [literal for literal in where if literal.index != self.board.true.index]
-        if self.constant > self.most:
-            self.board.forbid(held)
-            return
-        form: Any = sum(counted * literal for literal, counted in self.parts.values())
-        form = form if self.blocked is None else form + self.blocked[0]
-        self.board.model.add(form <= self.most - self.constant).only_enforce_if(held)
 
 
 def _jobs(item: Candidate, work: Exact) -> int:

@@ -27,7 +27,8 @@ from dse.space.architecture.arbitration import may_be_any
 from dse.space.model.space import Design, Space
 from dse.support.units import Exact
 from dse.verification.scheduling.contention import Lesson
-from dse.verification.scheduling.messages import BusRows, Sent, limited_by_deadline, message_of, wait_key, widened
+from dse.verification.scheduling.message_lessons import limited_by_deadline, message_of, wait_key, widened
+from dse.verification.scheduling.messages import BusRows, Sent
 
 
 class MessageWaits:

@@ -1,18 +1,16 @@
-"""Messages that wait for buses in the second proof: rows of a bus, and what a refused solution teaches.
+"""Messages that wait for buses in the second proof: rows of a bus.
 
-Rows: of messages that are all due by some time E the last ends by then, after each job of the others that comes until
+Of messages that are all due by some time E the last ends by then, after each job of the others that comes until
 it begins, of those with a number before it, too, and after a frame of one more. A message that may carry others is due
 as soon as one of these is. For each E numbers are gone through from the greatest down: once a message that is due has
-one, whatever has a lower one goes before the last that is due. One of several intervals holds that end. Lessons:
-messages of which none can be the last in time, with all options that make their bus no less busy
-(`dse.analysis.messages`); or options under which a message waits so long.
+one, whatever has a lower one goes before the last that is due. One of several intervals holds that end. Lessons
+from refused solutions are in `message_lessons.py`.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from fractions import Fraction
 from functools import partial
 from itertools import chain, pairwise
 from typing import Any
@@ -20,12 +18,8 @@ from typing import Any
 from ortools.sat.python import cp_model
 
 from dse.analysis.binding import frame_numbers
-from dse.analysis.latency.rows import counts_responses
-from dse.analysis.limits import Limit, judge
-from dse.analysis.memo import looked_at
+from dse.analysis.limits import Limit
 from dse.analysis.messages.assignment import Candidate
-from dse.analysis.messages.burdens import burdens, goes_first, is_settled
-from dse.analysis.messages.conflicts import Conflict, conflicts, is_own_deadline, open_identifiers
 from dse.analysis.messages.frames import added, apart, has_own_message, longest_frame_ns
 from dse.analysis.messages.stages import (
     candidate_of,
@@ -38,13 +32,11 @@ from dse.analysis.messages.stages import (
 from dse.analysis.scheduling.busy_window import Task
 from dse.analysis.scheduling.policies.faults import ERROR_BITS
 from dse.analysis.scheduling.resolve import released_undelayed
-from dse.analysis.scheduling.responses import message_waits_ns, with_threads
 from dse.analysis.views import PartialView, View, tabulate
-from dse.space.model.arrivals import CyclicActivation
-from dse.space.model.space import Design, Space
-from dse.space.model.trees import Choice, NotOffered, at, leaves
+from dse.space.model.space import Space
+from dse.space.model.trees import Choice, at, leaves
 from dse.support.units import Exact
-from dse.verification.scheduling.contention import Lesson, least_groups, ordered_pairs
+from dse.verification.scheduling.message_lessons import limited_by_deadline
 
 MOST_CASES = 16
 """A message with more combinations of options than this has no part in rows."""
@@ -54,12 +46,6 @@ LATEST = 8
 """The number of last arrivals before the end that are looked at one by one."""
 EARLIER = 4
 """The number of parts into which the time before the last arrivals is divided."""
-
-
-def is_message_limit(limit: Limit) -> bool:
-    """Whether a limit is an upper one on the response time of a message."""
-    metric = limit.requirement.metric
-    return metric.kind == "message response" and limit.requirement.is_upper and not limit.is_elsewhere
 
 
 class BusRows:
@@ -356,153 +342,3 @@ def _work(item: Candidate, begin: Exact, last: Exact, bit: Exact, due: Exact) ->
     if item.task.separation_ns is not None:
         jobs = min(jobs, window // item.task.separation_ns + 1)
     return max(1, jobs) * item.task.worst_ns
-
-
-def limited_by_deadline(space: Space, limits: Sequence[Limit]) -> set[int]:
-    """The messages that must meet the deadline of their connection."""
-    pairs = [(item.requirement.metric.index or 0, item) for item in limits]
-    return {number for number, item in pairs if is_own_deadline(space, number, item.bound)}
-
-
-def message_lessons(space: Space, limits: Sequence[Limit], design: Design, *, has_places: bool) -> list[Lesson]:
-    """The lesson from messages that miss these limits in a design; of threads that wait where these have places."""
-    view = View(design)
-    limited = limited_by_deadline(space, limits)
-    found = [
-        _conflict_lesson(space, conflict, design)
-        for bus in counted_buses(space)
-        for conflict in conflicts(space, bus, view)
-        if limited.issuperset(conflict.limited(space, view))
-    ]
-    if found:
-        return found
-    late = [item for item in limits if not judge(item, view).holds]
-    return [_late_lesson(space, item, design, has_places=has_places) for item in late]
-
-
-def _late_lesson(space: Space, limit: Limit, design: Design, *, has_places: bool) -> Lesson:
-    """The lesson from one message that is late in a design, with as few threads that wait as make it late."""
-
-    def is_late(groups: Sequence[Sequence[int]] | None, given: Sequence[int]) -> bool:
-        view = View(given) if groups is None else with_threads(space, groups, given)
-        return not judge(limit, view).holds
-
-    groups = None
-    if counts_responses(space) and has_places:
-        groups = least_groups(space, -1, lambda found, view: is_late(found, view.design), design)
-
-    def is_late_there(given: Sequence[int]) -> bool:
-        for thread in (one for group in groups or () for one in group):
-            at(space.components[thread].processor, View(given))
-        return is_late(groups, given)
-
-    still, seen = looked_at(design, lambda view: is_late_there(view.design))
-    assert still, "a message is in time"
-    apart, above = ordered_pairs(space, groups, seen)
-    box = {item: frozenset((option,)) for item, option in seen.items() if item not in apart}
-    return Lesson(box, groups or (), above=above)
-
-
-def _conflict_lesson(space: Space, conflict: Conflict, design: Design) -> Lesson:
-    def is_late(given: Sequence[int]) -> bool:
-        return conflict.is_late(space, View(given))
-
-    def compared(decision: int) -> Sequence[int | None] | None:
-        is_of_frame = space.decisions[decision].field == "carried_in"
-        return conflict.frame_burden(space, decision, View(design)) if is_of_frame else burdens(space, decision)
-
-    box, busy = widened(design, is_late, compared)
-    ordered = conflict.kept_from_last(space, View(busy))
-    assert ordered is not None
-    for number, bound, is_most in conflict.bounds(ordered):
-        index = space.decision_index(f"{space.connections[number].name}.identifier")
-        if index is not None and design[index] >= 0:
-            values = enumerate(space.decisions[index].values)
-            numbered = [(option, value) for option, value in values if isinstance(value, int)]
-            fit = frozenset(option for option, value in numbered if (value <= bound if is_most else value >= bound))
-            box[index] = box.get(index, fit) & fit
-    return Lesson(box, ())
-
-
-def wait_key(number: int, *, has_source: bool) -> int:
-    """A key below 0 for the waiting of a message, by its connection: from when it is queued, or from its source on."""
-    return -1 - 2 * number - has_source
-
-
-def message_of(key: int) -> tuple[int, bool]:
-    """The connection of a `wait_key`, and whether it waits from its source on."""
-    return (-1 - key) // 2, bool((-1 - key) % 2)
-
-
-def waits_lesson(space: Space, key: int, waits: Callable[[View], Fraction], waited: Fraction, design: Design) -> Lesson:
-    """The lesson from a message that waits `waited` ns or longer in a design."""
-    message, view = message_of(key)[0], View(design)
-
-    def is_as_long(given: Sequence[int]) -> bool:
-        return waits(View(given)) >= waited
-
-    def compared(decision: int) -> Sequence[int] | None:
-        item = space.decisions[decision]
-        if item.field == "identifier" and item.component != space.connections[message].name:
-            return goes_first(space, item, message, view)
-        return burdens(space, decision)
-
-    if is_settled(space) and not open_identifiers(space):
-        return Lesson(widened(design, is_as_long, compared)[0], (), (key, waited))
-    return Lesson(_seen(is_as_long, design), (), (key, waited))
-
-
-def undelayed_lesson(space: Space, key: int, longer_ns: Fraction, design: Design) -> Lesson | None:
-    """The lesson from a message that waits longer than `longer_ns` though no thread waits for another; else None.
-
-    Threads that wait pass on more jitter, by which identifiers are not chosen.
-    """
-    if not counts_responses(space):
-        return None
-    alone = replace(space, processing="execution_time")
-    number, has_source = message_of(key)
-
-    def waits(view: View) -> Fraction:
-        return Fraction(message_waits_ns(alone, number, view, has_source=has_source))
-
-    waited = waits(View(design))
-    return waits_lesson(alone, key, waits, waited, design) if waited > longer_ns else None
-
-
-def widened(
-    design: Design, holds: Callable[[Sequence[int]], bool], compared: Callable[[int], Sequence[int | None] | None]
-) -> tuple[dict[int, frozenset[int]], Design]:
-    """Options of the decisions that are looked at, with which a thing holds, and the least busy design of these.
-
-    It holds the more the busier a bus is, as `compared` has it for the options of a decision; one without a number
-    there keeps it at least as busy as the least busy one.
-    """
-    box = _seen(holds, design)
-    least = design
-    for decision in list(box):
-        burden = compared(decision) if design[decision] >= 0 else None
-        if burden is None:
-            continue
-        known = {option: busy for option, busy in enumerate(burden) if busy is not None}
-        for option in sorted(known, key=known.__getitem__):
-            trial = (*least[:decision], option, *least[decision + 1 :])
-            if known[option] >= known[design[decision]] or _still(holds, trial):
-                least = least if known[option] >= known[design[decision]] else trial
-                busier = {item for item, busy in known.items() if busy >= known[option]}
-                box[decision] = frozenset(range(len(burden)) if len(busier) == len(known) else busier)
-                break
-    return box, least
-
-
-def _still(holds: Callable[[Sequence[int]], bool], design: Design) -> bool:
-    try:
-        return holds(design)
-    except (NotOffered, CyclicActivation):
-        return False
-
-
-def _seen(holds: Callable[[Sequence[int]], bool], design: Design) -> dict[int, frozenset[int]]:
-    """The options that are looked at to see that something holds in a design."""
-    does_hold, seen = looked_at(design, lambda view: holds(view.design))
-    assert does_hold, "it does not hold"
-    return {decision: frozenset((option,)) for decision, option in seen.items()}
