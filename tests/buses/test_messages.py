@@ -276,3 +276,29 @@ def test_a_figure_of_a_message_times_a_constant() -> None:
     found = dse.solve(dse.loads("\n".join(lines)), minimise=["part"])
     assert [point.decisions["src.type"] for point in found.front] == ["quick"]
     assert not dse.verify(found).findings
+
+
+STATED = """
+dse: 1
+name: A device that states how late it answers
+processor_types: {small: {cores: 1}}
+bus_types: {can_125k: {bandwidth: 125 kbit/s, frame: can}}
+processors: {one: {type: small}}
+buses: {can0: {type: can_125k}}
+devices:
+  sensor: {period: 20 ms, compute_execution_time: 100 us .. 200 us, response_time: 100 us .. 1600 us}
+  motor: {period: 1 ms}
+threads: {control: {processor: one, dispatch_protocol: aperiodic, compute_execution_time: 1 ms}}
+connections:
+  seen: {from: sensor, to: control, data_size: 8 B, bus: can0, identifier: 1}
+  wanted: {from: control, to: motor, data_size: 8 B, bus: can0, identifier: 2}
+flows: {sensor_to_motor: {path: [sensor, control, motor]}}
+objectives: [minimise jitter of sensor_to_motor]
+"""
+
+
+@pytest.mark.parametrize("processing", ["response_time", "execution_time"])
+def test_what_a_device_sends_spreads_by_the_response_time_that_it_states(processing: str) -> None:
+    seen = dse.analyse(dse.loads(STATED + f"processing: {processing}\n")).messages["can0"][0]
+    assert seen.releases is not None
+    assert [(item.period_ns, item.jitter_ns) for item in seen.releases] == [(20_000_000, 1_500_000)]

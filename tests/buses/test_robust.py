@@ -156,9 +156,11 @@ def test_stated_response_times_of_senders_vary(what: str) -> None:
         assert solve_robust(dse.loads(text)).robust.status == status
 
 
-def test_a_shortest_time_before_a_stated_response_time_is_refused() -> None:
+@pytest.mark.parametrize("processing", ["execution_time", "response_time"])
+def test_a_shortest_time_before_a_stated_response_time_is_refused(processing: str) -> None:
     """The longer the shortest execution, the less jitter the message has; the message's receiver may wait longer."""
-    text = STATED.replace("LIMIT", "1 ms").replace("WHAT", "devices.a.compute_execution_time: {factor: 1 .. 2}")
+    text = STATED.replace("processing: execution_time", f"processing: {processing}")
+    text = text.replace("LIMIT", "1 ms").replace("WHAT", "devices.a.compute_execution_time: {factor: 1 .. 2}")
     with pytest.raises(dse.UsageError, match=r"rise and fall with .*state one value \(.*bus_queuing: not_counted\)"):
         solve_robust(dse.loads(text))
 

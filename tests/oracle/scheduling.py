@@ -77,6 +77,9 @@ class Scheduling:
     def of(self, name: str, part: str = "timer") -> Fraction | None:
         """The response time, None without a bound; what executes nothing on a processor takes what it takes."""
         alone = Fraction(self.times((name, part))[1])
+        stated = self.reading.get(name, "response_time") if part == "timer" else None
+        if stated is not None and self.reading.processor_of(name) is None:
+            alone = max(alone, Fraction(quantities.time_range(stated)[1]))
         pieces = self.pieces_of(name)
         found = self.response.get(pieces[-1] if pieces else (name, part), alone)
         return None if found is None else max(alone, found)

@@ -114,11 +114,21 @@ def source_undelayed(space: Space, number: int, view: View) -> Task | None:
 def _in_latencies(space: Space, read: Read, view: View, key: TaskKey) -> Stage:
     """A stage that ends as latencies count it where nothing delays it: within its response time, if one is stated."""
     stage = read(key)
-    stated = at(space.components[key[0]].response_ns, view) if key[1] == "thread" else None
-    if stated is None:
+    if key[1] != "thread":
         return stage
-    best, worst = stage.elapsed_ns
-    return replace(stage, elapsed_ns=(best, picked("max", worst, stated[1])))
+    return replace(stage, elapsed_ns=_within_stated(space.components[key[0]], stage.elapsed_ns, view))
+
+
+def _within_stated(component: Component, elapsed: tuple[int, int], view: View) -> tuple[int, int]:
+    """The shortest and longest time of a job in ns, the longest no shorter than a stated response time."""
+    stated = at(component.response_ns, view)
+    return elapsed if stated is None else (elapsed[0], picked("max", elapsed[1], stated[1]))
+
+
+def _elapsed_ns(space: Space, number: int, view: View, *, is_on_core: bool) -> tuple[int, int]:
+    """The shortest and longest time of a job until the end of a component in ns; off all cores as it is stated."""
+    elapsed = elapsed_ns(space, number, view)
+    return elapsed if is_on_core else _within_stated(space.components[number], elapsed, view)
 
 
 def among(space: Space, groups: Iterable[Sequence[int]], view: View, *, has_buses: bool = False) -> System:
@@ -194,7 +204,7 @@ def stage_of(space: Space, key: TaskKey, view: View) -> Stage:
         _releases_of(space, key, view),
         at(component.period_ns, view) if is_stored or (part == "thread" and found.is_separated) else None,
         tuple((item, "thread") for item in pieces),
-        elapsed_ns(space, number, view) if part == "thread" else (best, worst),
+        _elapsed_ns(space, number, view, is_on_core=is_on_core) if part == "thread" else (best, worst),
         bool(pieces) and component.executor is not None,
         _follows(space, component, view) if part == "thread" else None,
         bool(component.section_ns),

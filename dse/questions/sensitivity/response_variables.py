@@ -210,7 +210,7 @@ def motion_of(inputs: InputSpace, design: Design, box: Box) -> Motion | None:
         turns = [turn for *_, core in schedule.all_cores() for turn in core]
         stages = resolve(space, view).stages
         messages = [stage for key, stage in stages.items() if key[1] == "message"]
-        times = [*_times(space, turns, messages, view), *_times_of_senders(space, view)]
+        times = [*_times(space, turns, messages, view), *_times_of_senders(space, stages, view)]
         for stage in stages.values():  # of which a shortest time decides how often it comes
             if (before := releaser_on_core(stages, stage)) is not None:
                 behind_next(stage, before)  # for its comparisons, which are guards
@@ -268,13 +268,17 @@ def _times(space: Space, turns: list[Turn], messages: list[Stage], view: View) -
             yield most - least, 0
 
 
-def _times_of_senders(space: Space, view: View) -> Iterator[tuple[Any, Any]]:
-    """The longest and shortest times of what sends messages, where response times of threads do not count.
+def _times_of_senders(space: Space, stages: Mapping[TaskKey, Stage], view: View) -> Iterator[tuple[Any, Any]]:
+    """The longest and shortest times of what sends messages or releases threads and has no response time of its own.
 
-    A stated response time is among them (docs/semantics.md, section 3.2).
+    Those are devices and threads off the processors, and all where response times of threads do not count. A stated
+    response time is among them (docs/semantics.md, section 3.2).
     """
-    if counted_buses(space) and space.processing != "response_time":
-        for stage in resolve_buses(space, view).stages.values():
+    if space.processing != "response_time":
+        stages = resolve_buses(space, view).stages if counted_buses(space) else {}
+    for (number, part), stage in stages.items():
+        is_on_core = part != "message" and at(space.components[number].processor, view) is not None
+        if not (is_on_core and space.processing == "response_time"):
             yield stage.elapsed_ns[::-1]
 
 
