@@ -8,8 +8,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from fractions import Fraction
-from heapq import heappop, heappush
-from itertools import islice
+from heapq import heappop, heappush, merge
+from itertools import repeat
 from typing import TYPE_CHECKING, Any
 
 from . import quantities, wire
@@ -280,18 +280,19 @@ def _play(
     Each fault of the wire that `hits` a frame before its end costs as much time.
     """
     began = iter(()) if begins is None else begins.densest()
-    faults = [(time, cost) for releases, cost in hits for time in islice(releases.densest(), MOST_PLAYED)]
+    faults = merge(*(zip(releases.densest(), repeat(cost)) for releases, cost in hits))
+    fault = next(faults, None)
     coming: list[tuple[Fraction, int, Fraction, Any]] = []
     for number, (releases, cost) in enumerate(given):
         times = releases.densest()
         heappush(coming, (next(times), number, cost, times))
     sooner = MOMENT if begun else Fraction(0)
-    now, worst, failed = begun - sooner, Fraction(0), 0
+    now, worst = begun - sooner, Fraction(0)
     urgent: list[Fraction] = []
     own: list[list[Fraction]] = []  # the release of each job that waits, and what it has left
     for _ in range(MOST_PLAYED):
-        while failed < len(faults) and faults[failed][0] < now:
-            now, failed = now + faults[failed][1], failed + 1
+        while fault is not None and fault[0] < now:
+            now, fault = now + fault[1], next(faults, None)
         if not urgent and not own and (not coming or coming[0][0] > now or coming[0][0] == now > 0):
             return worst
         while coming and coming[0][0] < now + bit:
@@ -311,8 +312,8 @@ def _play(
         if left > last:
             now, own[0][1] = now + left - last, last
             continue
-        if failed < len(faults) and faults[failed][0] < now + left:
-            now, failed = now + faults[failed][1], failed + 1
+        if fault is not None and fault[0] < now + left:
+            now, fault = now + fault[1], next(faults, None)
             continue
         now += left
         worst = max(worst, now + sooner - release)
