@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import random
 from dataclasses import replace
-from typing import Any, Literal
+from typing import Any, Literal, cast
 
 import pytest
 
 import dse
 from dse.analysis.diagnosis.timelines import worst_busy_period
 from dse.analysis.evaluate import Evaluator
+from dse.analysis.scheduling.busy_window import TaskKey
 from dse.analysis.scheduling.policies.successions import Chains, Succession
 from dse.analysis.scheduling.resolve import stage_of
 from dse.analysis.scheduling.responses import all_responses, processor_responses, solution_of
@@ -157,13 +158,14 @@ def test_no_run_takes_longer_than_its_bound(seed: int) -> None:
     core = chained_callbacks.draw(rng)
     space = space_of(chained_callbacks.text_of(core))
     view = View(())
-    known = {key: time for key, time in all_responses(space, view).items() if isinstance(key[1], str)}  # no chains
+    ends = all_responses(space, view)
+    known = {cast(TaskKey, key): time for key, time in ends.items() if isinstance(key[1], str)}  # no chains
     bounds = {space.components[number].name: time for (number, _), time in known.items()}
     for _ in range(3):
         for name, taken in chained_callbacks.played(core, rng).items():
             bound = bounds[name]
             assert bound is None or taken * MS <= bound, (name, taken, bound, chained_callbacks.text_of(core))
-    waits = Waits(space, solution_of(space, view).system, all_responses(space, view))
+    waits = Waits(space, solution_of(space, view).system, ends)
     for key, time in known.items():
         if time is not None:
             (wait,) = waits.of_thread(key) or ()
