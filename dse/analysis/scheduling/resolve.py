@@ -104,7 +104,7 @@ def released_undelayed(space: Space, view: View, keys: Sequence[TaskKey]) -> dic
 
 
 def source_undelayed(space: Space, number: int, view: View) -> Task | None:
-    """What releases the chain of a message's sender where nothing waits; None of one whose time is not counted so."""
+    """The releases of the chain of a message's sender where nothing waits; None of one whose time is not counted so."""
     key: TaskKey = (number, "message")
     stages = with_senders([key], partial(_in_latencies, space, reader(space, view), view))
     source = source_of_message(stages, stages[key])
