@@ -111,7 +111,9 @@ def found_words(result: Result, kinds: Kinds) -> tuple[str, str, Tone]:
     if not result.front:
         return "INCOMPLETE", f"stopped {_stopped(result)} before a design was found.", "doubtful"
     if any(not is_proved(result, point) for point in result.front):
-        return "INCOMPLETE", "the first design found: it meets every limit; better ones may be missing.", "doubtful"
+        stopped = "stopped by Ctrl-C: " if result.interrupted else ""
+        said = f"{stopped}the first design found: it meets every limit; better ones may be missing."
+        return "INCOMPLETE", said, "doubtful"
     regions = count_words(len(result.unexplored), "region")
     return "INCOMPLETE", f"stopped {_stopped(result)}: {count}; {regions} of the objective space open.", "doubtful"
 
