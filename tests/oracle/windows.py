@@ -211,12 +211,12 @@ class Windows:
         ends = self.chains.ends_before(row[0], row[-1])
         if not ends and any(known.reading.room(*job) is not None for job in jobs):
             return None
-        breaks = sum(way > 0 for way in self._ways(row))
+        breaks = [place for place, way in enumerate(self._ways(row), start=1) if way or begun]
         over = {other for other in rivals if ends and self._is_past(other, row)}
         found = []
         cases = self.successors.cases(jobs[0], level, jobs[-1], rivals)
         if breaks:
-            cases = iter([self.successors.broken(jobs[0], level, rivals, 1 + breaks if ends else None)])
+            cases = iter([self.successors.broken(jobs[0], level, rivals, 1 + len(breaks) if ends else None)])
         for case in cases:
             given = self._given(case, over)
             if given is None or case.own is None:
@@ -224,32 +224,43 @@ class Windows:
             given += _others(known.shares(level) or ())
             begins = counted or case.own
             if ends or breaks:
-                found.append(self._ended(row, case.own, begins, given, blocked))
+                found.append(self._ended(row, case.own, begins, given, blocked, breaks))
             if not ends:
-                found.append(self._behind(row, case.own, begins, given, blocked))
+                found.append(self._behind(row, case.own, begins, given, blocked, breaks))
         return greatest(found)
 
     def _ended(
-        self, row: Row, own: Releases, counted: Releases, first: Sequence[Rival], blocked: Fraction
+        self,
+        row: Row,
+        own: Releases,
+        counted: Releases,
+        first: Sequence[Rival],
+        blocked: Fraction,
+        breaks: Sequence[int],
     ) -> Fraction | None:
         """Of a row that has ended whenever it is released again."""
         ways, work = self._ways(row), Fraction(sum(self.known.times((name, "timer"))[1] for name in row))
-        begun = sum(ways, Fraction(0)) + (1 + sum(way > 0 for way in ways)) * blocked
-        tail = self._tail(row, first, blocked)
+        begun = sum(ways, Fraction(0)) + (1 + len(breaks)) * blocked
+        tail = self._tail(row, first, blocked, breaks)
         return self._longest(own, counted, work, first, ends=True, begun=begun, tail=tail)
 
     def _behind(
-        self, row: Row, own: Releases, counted: Releases, first: Sequence[Rival], blocked: Fraction
+        self,
+        row: Row,
+        own: Releases,
+        counted: Releases,
+        first: Sequence[Rival],
+        blocked: Fraction,
+        breaks: Sequence[int],
     ) -> Fraction | None:
         """Of the last threads of a row as if all of it came at once, and those before these went first.
 
         The last threads begin with the first that goes before none that follows; with breaks that is only the last.
         """
         times = [Fraction(self.known.times((name, "timer"))[1]) for name in row]
-        ways = [way for way in self._ways(row) if way]
         jobs: list[Job] = [(name, "timer") for name in row]
-        begin = next((at for at in range(len(row)) if not ways and self._goes_first_nowhere(jobs, at)), len(row) - 1)
-        work = sum(times[begin:], sum(ways, Fraction(0))) + len(ways) * blocked
+        begin = next((at for at in range(len(row)) if not breaks and self._goes_first_nowhere(jobs, at)), len(row) - 1)
+        work = sum(times[begin:], sum(self._ways(row), Fraction(0))) + len(breaks) * blocked
         before = [Rival(own, time) for time in times[:begin]]
         return self._longest(own, counted, work, [*first, *before], ends=False, begun=blocked)
 
@@ -297,9 +308,8 @@ class Windows:
             return self.chains.ends_before(name, row[-1])
         return row[-1] in self.chains.chain(name) and self.chains.ends_before(row[0], name)
 
-    def _tail(self, row: Row, rivals: Sequence[Rival], blocked: Fraction) -> Fraction:
+    def _tail(self, row: Row, rivals: Sequence[Rival], blocked: Fraction, breaks: Sequence[int]) -> Fraction:
         """What may be left of an earlier job that is on its way when the busy period begins."""
-        breaks = [place for place, way in enumerate(self._ways(row), start=1) if way]
         if not breaks:
             return Fraction(0)
         tail = Fraction(sum(self.known.times((name, "timer"))[1] for name in row[breaks[0] :]))

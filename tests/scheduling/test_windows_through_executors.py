@@ -73,8 +73,8 @@ def latencies(space: Space, view: View) -> dict[str, Fraction]:
     ("text", "latency_ms"),
     [
         *((FOUR.replace("KIND", kind), 6) for kind in ("fifo", "wait_set", "callback_group", "polling")),
-        (BEGUN.replace("LEVEL", "1"), 7),  # one of x and y has begun
-        (BEGUN.replace("LEVEL", "3"), 8),  # and t goes first
+        (BEGUN.replace("LEVEL", "1"), 12),  # one of x and y has begun, and another one when a ends
+        (BEGUN.replace("LEVEL", "3"), 13),  # and t goes first
         (BEGUN.replace("LEVEL", "2"), 11),  # t is as urgent: jobs of x and y may have held it up
         (BETWEEN.replace("LEVEL", "3"), 7),
         (BETWEEN.replace("LEVEL", "1"), 7),
@@ -169,12 +169,21 @@ def test_bounds_come_close_to_runs() -> None:
 
 
 def test_what_has_begun_is_told() -> None:
-    space = space_of(HEAD + BEGUN.replace("LEVEL", "1"))
+    space = space_of(HEAD + BEGUN.replace("LEVEL", "3"))
     solution = solution_of(space, View(()))
     (flow,) = space.flows
     (part,) = least_cut(space, chain_of(flow.steps[0]), View(()))
     (wait,) = Waits(space, solution.system, solution.ends).of_part(part) or ()
-    assert (wait.name, wait.blocked_by, wait.blocked_ns, wait.delays) == ("a, b", "x", 5 * MS, ())
+    assert (wait.name, wait.blocked_by, wait.blocked_ns) == ("a, b", "x", 2 * 5 * MS)
+    assert [(delay.name, delay.jobs) for delay in wait.delays] == [("t", 1)]
+
+
+def test_a_group_takes_its_next_job_before_what_one_sends_is_there() -> None:
+    """Two jobs below the level hold up a chain of two callbacks, one before each."""
+    text = (HEAD + BEGUN.replace("LEVEL", "1")).replace("40 ms", "100 ms")
+    result = dse.simulate(text, runs=400, seed=3, offsets="random", execution="max")
+    (flow,) = result.flows
+    assert flow.worst is not None and 7 * MS < flow.worst.latency_ns <= 12 * MS
 
 
 @pytest.mark.parametrize("seed", cases(20, 30_000))

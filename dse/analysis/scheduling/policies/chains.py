@@ -44,8 +44,9 @@ class Chain:
     group, `begun` are the positions of what is less urgent there, of which one job may have begun. That is once for
     each piece between breaks; in a part of a design once for all, since what is less urgent in the part may be a rival
     in the design, and come once. What they send each other takes `sent_ns` at most in all; `breaks` are the places in
-    the chain of threads that something takes time to reach. Threads between them that are left out of a part of a
-    design take `absent_ns`.
+    the chain of threads that something takes time to reach, and of all behind the first where something may have begun:
+    a group takes its next job when one ends, and what that sends may be there only after it. Threads between them that
+    are left out of a part of a design take `absent_ns`.
     """
 
     key: ChainKey
@@ -81,16 +82,20 @@ def chains_in(system: System) -> list[tuple[Chain, ...]]:
         return [_whole(item, tuple(stages[entry.key] for entry in item.entries)) for item in system.resources]
     present = {entry.key for resource in system.resources for entry in resource.entries}
     absent = {key: stage for key, stage in system.stages.items() if key not in present}
-    found = [_chains(item, [system.stages[entry.key] for entry in item.entries], absent) for item in system.resources]
-    return [tuple(replace(chain, is_part=True) for chain in chains) for chains in found]
+    return [
+        _chains(item, [system.stages[entry.key] for entry in item.entries], absent, is_part=True)
+        for item in system.resources
+    ]
 
 
 @lru_cache(4096)
 def _whole(resource: Resource, stages: tuple[Stage, ...]) -> tuple[Chain, ...]:
-    return _chains(resource, stages, {})
+    return _chains(resource, stages, {}, is_part=False)
 
 
-def _chains(resource: Resource, stages: Sequence[Stage], absent: Mapping[TaskKey, Stage]) -> tuple[Chain, ...]:
+def _chains(
+    resource: Resource, stages: Sequence[Stage], absent: Mapping[TaskKey, Stage], *, is_part: bool
+) -> tuple[Chain, ...]:
     if resource.wire is not None or resource.is_accelerator or len(resource.entries) > MOST_ON_CORE:
         return ()
     entries = resource.entries
@@ -110,7 +115,7 @@ def _chains(resource: Resource, stages: Sequence[Stage], absent: Mapping[TaskKey
                 break
             members.insert(0, link.position)
             links.insert(0, link)
-            chains.append(_chain(resource, tuple(members), links))
+            chains.append(_chain(resource, tuple(members), links, is_part=is_part))
     return tuple(chains)
 
 
@@ -130,17 +135,18 @@ def _link(stage: Stage, positions: Mapping[TaskKey, int], absent: Mapping[TaskKe
     return None
 
 
-def _chain(resource: Resource, members: tuple[int, ...], links: Sequence[_Link]) -> Chain:
+def _chain(resource: Resource, members: tuple[int, ...], links: Sequence[_Link], *, is_part: bool) -> Chain:
     entries = resource.entries
     lowest = _lowest(entries, members)
     rivals = set[int]().union(*(entries[position].rivals for position in members)) - set(members)
     begun = {position for position in rivals if _may_have_begun(resource, lowest, position)}
     key = (entries[members[-1]].key[0], entries[members[0]].key[0])
-    breaks = tuple(place for place, link in enumerate(links, 1) if link.sent_ns)
+    is_broken = bool(begun) and not is_part
+    breaks = tuple(place for place, link in enumerate(links, 1) if link.sent_ns or is_broken)
     sent = sum(link.sent_ns for link in links)
     absent_ns = sum(link.absent_ns for link in links)
     return Chain(
-        key, members, lowest, tuple(sorted(rivals - begun)), tuple(sorted(begun)), False, sent, breaks, absent_ns
+        key, members, lowest, tuple(sorted(rivals - begun)), tuple(sorted(begun)), is_part, sent, breaks, absent_ns
     )
 
 
