@@ -1,7 +1,8 @@
 """The simulation itself: events in integer nanoseconds (in fractions of them where messages take such).
 
-At one instant jobs end and separations run out first, then messages arrive, then timers dispatch, then a bus takes its
-next message: what arrives at the very moment of a timer's dispatch is read by it. A timer's job reads the latest value
+At one instant jobs end and separations run out first, then messages arrive, then jobs end that take no time, then
+timers dispatch, then a bus takes its next message. So what arrives at the very moment of a timer's dispatch is read by
+it, and what a message releases may go before a job that would end at once. A timer's job reads the latest value
 of everything at its dispatch (in a problem that speaks of clocks when it first gets its core, unless its data pass at
 its dispatch); an arrival dispatches an event-triggered thread, or waits in its queue while there is room, or is lost.
 Output leaves when a job ends; under logical execution time at the deadline, or when the job ends where that is later.
@@ -44,7 +45,7 @@ def simulate_once(plan: Plan, setting: Setting) -> Observation:
     return _SimulationRun(plan, setting).run()
 
 
-END, ARRIVE, DISPATCH, ARBITRATE = 0, 1, 2, 3
+END, ARRIVE, END_AT_ONCE, DISPATCH, ARBITRATE = 0, 1, 2, 3, 4
 FAULTY = 0.5
 """The share of the frames that faults hit, of those that one may hit."""
 EVENTS_A_LOOK = 512
@@ -232,7 +233,7 @@ class _SimulationRun:
             core.put_back()
         length = core.pick(self.now)
         if length is not None:
-            self.at(self.now + length, END, "end", core, core.version)
+            self.at(self.now + length, END if length else END_AT_ONCE, "end", core, core.version)
             if core.running is not None and not core.running.has_read:  # behind what arrives at this moment
                 self.at(self.now, DISPATCH, "begin", core.running)
         if core.running is not None and core.running.is_held:
