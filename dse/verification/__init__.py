@@ -12,7 +12,7 @@ Read `prover.py` first, then `tables.py`.
 * `cases.py`: several questions asked as one.
 * `rounds.py`, `solver_calls.py`: a question asked again after a refused solution; settings of the solver.
 * `geometry.py`: regions and points that leave nothing uncovered.
-* `scheduling/`: shared cores, response times and clocks.
+* `messages/`, `scheduling/`: messages that wait for buses; shared cores, response times and clocks.
 
 Not allowed here: an import of `encode` or `search` (the contract forbids it): a mistake of the first proof must not be
 repeated. `analysis` judges designs in both.

@@ -14,7 +14,7 @@ from dse.analysis.views import View
 from dse.space.model.space import INACTIVE
 from dse.support.timelimit import look_at_the_clock
 from dse.verification.diagrams import Diagram, Node, scope
-from dse.verification.scheduling.cores import CoreTable, fitting
+from dse.verification.scheduling.core_limits import CoreTable, fitting
 from dse.verification.sums import Sum
 from dse.verification.tables import Tables
 

@@ -23,25 +23,20 @@ from dse.verification import solver_calls
 from dse.verification.cases import Cases
 from dse.verification.diagrams import Node, TooLarge, leaves
 from dse.verification.element_constraints import Lookups
+from dse.verification.messages.limits import limited_by_deadline, message_lessons
+from dse.verification.messages.reasons import order_lessons, soonest_lesson, undelayed_lesson, waits_lesson
+from dse.verification.messages.rows import BusRows
+from dse.verification.messages.waiting import MessageWaits
 from dse.verification.plain_sums import plain_sums
 from dse.verification.reduced import ReducedRegion, Reduction
 from dse.verification.rounds import Favourite, Rounds
 from dse.verification.scheduling.by_type import MOST_AS_A_WHOLE, ByType
 from dse.verification.scheduling.clock_reads import add_passage
-from dse.verification.scheduling.contention import (
-    Lesson,
-    chain_lesson,
-    full_lesson,
-    lessons_of,
-    on_other_cores,
-    waiting_lesson,
-)
+from dse.verification.scheduling.contention import lessons_of, on_other_cores
+from dse.verification.scheduling.core_limits import add_cores
 from dse.verification.scheduling.core_symmetry import Numbering
-from dse.verification.scheduling.cores import add_cores
 from dse.verification.scheduling.first_designs import Claim, Earlier, EarlierDesigns, add_earlier, limit_options
-from dse.verification.scheduling.message_lessons import message_lessons, undelayed_lesson, waits_lesson
-from dse.verification.scheduling.message_waits import MessageWaits, order_lessons, soonest_lesson
-from dse.verification.scheduling.messages import BusRows
+from dse.verification.scheduling.reasons import Lesson, chain_lesson, full_lesson, waiting_lesson
 from dse.verification.scheduling.waiting import WaitVariables
 from dse.verification.solver_calls import Reply
 from dse.verification.sums import Sum
@@ -98,7 +93,8 @@ class SecondModel:
                 self.model.add(self._total(bound.sum) <= 0)
         for table in tables.cores:
             add_cores(self.model, table, self.lookups.value)
-        rows = BusRows(tables.space, self.model, self.chosen, tables.messages)
+        self.limited = limited_by_deadline(tables.space, tables.messages)
+        rows = BusRows(tables.space, self.model, self.chosen, self.limited)
         waiting = {} if self.waiting is None else self.waiting.of_messages
         self.message_waits = MessageWaits(rows, waiting, 0 if self.waiting is None else self.waiting.scale)
         self.objectives = []
@@ -415,7 +411,7 @@ class SecondModel:
 
         if number >= 0 or not any(key == number for key, _ in before):
             return []
-        return list(order_lessons(self.tables.space, number, self.tables.messages, values, is_open))
+        return list(order_lessons(self.tables.space, number, self.limited, values, is_open))
 
     def _waiting_lesson(self, number: int, waited: Fraction, said: int, values: Design) -> Lesson:
         """Why a thread, or a message (below 0), waits so long in a design, longer than a solution said."""
@@ -426,7 +422,7 @@ class SecondModel:
         if number < 0:
             longer = Fraction(said, self.waiting.scale)
             space, waits = self.tables.space, self.waiting.waits.messages[number]
-            lesson = soonest_lesson(space, number, self.tables.messages, longer, values)
+            lesson = soonest_lesson(space, number, self.limited, longer, values)
             lesson = lesson or undelayed_lesson(space, number, longer, values)
             return lesson or waits_lesson(space, number, waits, waited, values)
         return waiting_lesson(self.tables.space, number, waited, values)

@@ -22,8 +22,9 @@ from dse.support.timelimit import look_at_the_clock
 from dse.verification.diagrams import Diagram, Node, changed, leaves
 from dse.verification.element_constraints import Lookups
 from dse.verification.restricted_diagrams import Left, Remainder, is_deep, remainder
-from dse.verification.scheduling.cores import crowd
-from dse.verification.scheduling.levels import Demand, Levels, add_levels, add_pools
+from dse.verification.scheduling.core_limits import crowd
+from dse.verification.scheduling.pooled_cores import add_pools
+from dse.verification.scheduling.schedulability import Demand, Levels, add_levels
 from dse.verification.solver_calls import BY_ROWS, PACKING, WAYS, attempted
 from dse.verification.sums import Sum
 from dse.verification.tables import Tables
@@ -136,8 +137,9 @@ class Reduction:
 class ReducedRegion:
     """A smaller question, to be asked again with more time until it is answered.
 
-    One that has a solution is asked with the rows of cores (`dse.verification.scheduling.levels`), if there are any:
-    there what is never better by the other rows may be so. Where types of processors are open, one after the other is.
+    One that has a solution is asked with the rows of cores (`dse.verification.scheduling.schedulability`), if there are
+    any: there what is never better by the other rows may be so. Where types of processors are open, one after the other
+    is.
     """
 
     def __init__(

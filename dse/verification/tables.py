@@ -25,12 +25,13 @@ from dse.space.model.space import EMPTY, Space
 from dse.space.model.trees import Choice
 from dse.space.question.open_cores import is_scheduled
 from dse.verification.diagrams import NO_DESIGN, Diagram, Diagrams, TooLarge, as_fraction, leaves
+from dse.verification.messages.limits import is_message_limit
+from dse.verification.messages.waiting import wait_key
 from dse.verification.scheduling.clock_reads import Passage, in_units, passage_of
 from dse.verification.scheduling.contention import is_late_limit
-from dse.verification.scheduling.cores import CoreTable, core_table
-from dse.verification.scheduling.levels import Levels, levels_of, rooms, timely
-from dse.verification.scheduling.message_lessons import is_message_limit, wait_key
+from dse.verification.scheduling.core_limits import CoreTable, core_table
 from dse.verification.scheduling.sampling import formula_of
+from dse.verification.scheduling.schedulability import Levels, levels_of, rooms, timely
 from dse.verification.scheduling.threads import places_of, rate_of, waits_of
 from dse.verification.sums import Pick, Sum, SumBound, Summands, Waits
 

@@ -36,8 +36,8 @@ from dse.analysis.views import View
 from dse.encode.model import EncodedSpace
 from dse.encode.scheduling import contention
 from dse.encode.scheduling.core_demand import jobs_within, scheduling_points
-from dse.encode.scheduling.places import Places, Thread
 from dse.encode.scheduling.schedulability import Deadline
+from dse.encode.scheduling.threads import Places, Thread
 from dse.search.solver import strategy
 from dse.space.model.space import Design, Space
 from dse.space.model.trees import at

@@ -14,7 +14,7 @@ from dse.verification import cases as verification_cases
 from dse.verification.diagrams import Diagram, Node
 from dse.verification.exhaustion import Exhaustion, exhaust
 from dse.verification.model import SecondModel
-from dse.verification.scheduling.cores import crowd
+from dse.verification.scheduling.core_limits import crowd
 from dse.verification.tables import Tables, build_tables
 from tests.benchmarks.cases import nearly_full
 from tests.helpers.effort import cases

@@ -21,7 +21,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from fractions import Fraction
 from functools import cached_property, partial
 from itertools import pairwise
 from math import floor
@@ -36,19 +35,17 @@ from dse.analysis.messages.stages import (
     faults_on,
     identifier_range,
     is_comparable,
-    is_each_alone,
     limit_ns,
     may_wait_for,
 )
-from dse.analysis.scheduling.busy_window import Task, most_jobs
+from dse.analysis.scheduling.busy_window import Task
 from dse.analysis.scheduling.policies.executor_work import jobs_by
 from dse.analysis.scheduling.policies.faults import ERROR_BITS
 from dse.analysis.scheduling.resolve import released_undelayed
 from dse.analysis.views import PartialView, View, allowed_options, tabulate
-from dse.encode.linear import EXACT_LIMIT, Board, Given
+from dse.encode.linear import Board, Given
 from dse.encode.messages.capped_sums import Row
 from dse.encode.messages.frames import Rider, due_riders, own_literal, riders_of
-from dse.space.architecture.arbitration import may_be_any
 from dse.space.model.space import EMPTY
 from dse.space.model.trees import at, leaves
 from dse.spec.schema.fields import MOST_IDENTIFIER
@@ -65,7 +62,7 @@ EVEN = 4
 
 
 @dataclass
-class _Message:
+class Sent:
     """A message that is on a bus in any design: its cases, each with a literal, and its identifiers, each with one.
 
     One that may be carried in another's is there where its literal `own` is true; `riders` are what may be carried in
@@ -113,44 +110,13 @@ def add_rows(board: Board, limits: Iterable[tuple[int, int | None]]) -> None:
         for option in allowed_options(space, slot.type_decision):
             given = {slot.type_decision: option}
             if slot.types[option] != EMPTY and "priority" in set(leaves(slot.arbitration)):
-                _OnBus(board, bus, given, guards).add()
-
-
-def add_waiting_rows(board: Board, number: int, least: Any, variable: Any, scale: Fraction) -> dict[int, int]:
-    """Rows that say how long a message waits at least, of a figure that is `least` without waiting.
-
-    A ns of waiting adds `scale` to the figure, be it counted from when the message is queued, or from the latest time
-    at which it may be: its first job in a busy period waits for no other one of its own.
-
-    Each message with a lower number goes before it with each job that comes until it begins: one at least, and as many
-    as come while all that surely go before it are sent. The longest of the others has begun, or goes first, too; where
-    frames have several connections that alone is said. Faults of the wire come until all that surely go before it, and
-    its own last frame, are sent. Returns literals by connection, of messages of which numbers do not tell whether they
-    go before it: each counts where its literal is true, and may be false unless numbers tell.
-    """
-    space = board.space
-    wire = space.connections[number]
-    buses = set(leaves(wire.bus))
-    before: dict[int, Any] = {}
-    if len(buses) != 1 or not is_comparable(space):
-        return before
-    (bus,) = buses
-    if bus not in counted_buses(space) or set(leaves(space.buses[bus].broadcast)) != {False}:
-        return before
-    slot = space.buses[bus]
-    for option in allowed_options(space, slot.type_decision):
-        given = {slot.type_decision: option}
-        if slot.types[option] != EMPTY and "priority" in set(leaves(slot.arbitration)):
-            on_bus = _OnBus(board, bus, given, {})
-            if is_each_alone(space):
-                on_bus.add_waiting(number, least, variable, scale, before)
-            else:
-                on_bus.add_blocking(number, least, variable, scale)
-    return {other: literal.index for other, literal in before.items()}
+                BusRows(board, bus, given, guards).add()
 
 
 @dataclass
-class _OnBus:
+class BusRows:
+    """The rows of a bus with one of its types; `guards` are those of the messages with a deadline."""
+
     board: Board
     bus: int
     given: dict[int, int]
@@ -161,12 +127,10 @@ class _OnBus:
         """Rows for each time by which messages are due."""
         board, space = self.board, self.board.space
         ((decision, option),) = self.given.items()
-        where = [board.options[decision][option]]
-        ranges = tabulate(space, self._range, MOST_CASES, self.given)
-        if ranges is None or len({case.value for case in ranges}) != 1 or ranges[0].value is None:
+        where, bit = [board.options[decision][option]], self.bit_ns()
+        if bit is None:
             return
-        bit = ranges[0].value
-        messages = [found for number in range(len(space.connections)) if (found := self._message(number)) is not None]
+        messages = [found for number in range(len(space.connections)) if (found := self.message(number)) is not None]
         limits = [item.limit_ns for message in messages for _, item in message.cases]
         limits += [rider.limit_ns for message in messages for rider in message.riders if rider.number in self.guards]
         times = sorted({limit for limit in limits if limit is not None})
@@ -174,96 +138,23 @@ class _OnBus:
             look_at_the_clock()
             self._add_time(messages, time, bit, where)
 
-    def add_waiting(self, number: int, least: Any, variable: Any, scale: Fraction, open_: dict[int, Any]) -> None:
-        """Add the row of one message for this type of the bus; `open_` has literals of what may be before it."""
-        board, space = self.board, self.board.space
-        ((decision, option),) = self.given.items()
-        ranges = tabulate(space, self._range, MOST_CASES, self.given)
-        if ranges is None or len({case.value for case in ranges}) != 1 or ranges[0].value is None:
-            return
-        bit = ranges[0].value
-        found = [made for one in range(len(space.connections)) if (made := self._message(one)) is not None]
-        own = self._numbered(number, apart(space, number, self.given)) if has_own_message(space, number) else []
-        mine = [message for message in found if message.number == number]
-        found = [message for message in found if message.number != number]
-        before: dict[int, Any] = {}
-        for message in found:
-            goes_first = self._goes_first(message, own)
-            if goes_first is not board.true and any(
-                may_be_any(self.board.space.connections[one]) for one in (number, message.number)
-            ):
-                if message.number not in open_:
-                    open_[message.number] = board.model.new_bool_var("")
-                if goes_first is not None:
-                    board.model.add_implication(goes_first, open_[message.number])
-                goes_first = open_[message.number]
-            if goes_first is not None:
-                before[message.number] = goes_first
-        sure = [one for one in found if before.get(one.number) is board.true]
-        window = sum(min(item.task.worst_ns for _, item in one.cases if item.task is not None) for one in sure) + bit
-        parts = []
-        for message in found:
-            goes_first = before.get(message.number)
-            if goes_first is None:
-                continue
-            for case, item in message.cases:
-                assert item.task is not None
-                work = floor(most_jobs(item.task, window) * item.task.worst_ns * scale)
-                parts.append((work, board.all_of([goes_first, case])))
-        if mine and self._faults:
-            until = window - bit + min(item.last_ns for _, item in mine[0].cases)
-            hits = min(most_jobs(faults, until) for faults in self._faults)
-            parts.append((floor(hits * (ERROR_BITS * bit + max(map(_section, [*mine, *sure]))) * scale), board.true))
-        if sum(work for work, _ in parts) >= EXACT_LIMIT:
-            return
-        parts += self._begun(found, before, scale)
-        form = sum(work * literal for work, literal in parts)
-        board.model.add(variable >= least + form).only_enforce_if(board.options[decision][option])
+    def bit_ns(self) -> Exact | None:
+        """The time of a bit where identifiers decide; None where that is not sure, or not known."""
+        bits = self.bits_ns()
+        return bits.pop() if bits is not None and len(bits) == 1 else None
 
-    def _begun(self, found: Sequence[_Message], before: Mapping[int, Any], scale: Fraction) -> list[tuple[int, Any]]:
-        """The longest frame of the messages that are not before one, as a sum: what it takes more than shorter ones."""
-        maybe = [one for one in found if before.get(one.number) is not self.board.true]
-        lengths = sorted({floor(_section(one) * scale) for one in maybe}, reverse=True)
-        parts = []
-        for length, shorter in pairwise([*lengths, 0]):
-            long = [one for one in maybe if floor(_section(one) * scale) >= length]
-            ways = [before[one.number].negated() for one in long if one.number in before]
-            parts.append((length - shorter, self.board.any_of(ways) if len(ways) == len(long) else self.board.true))
-        return parts
-
-    def add_blocking(self, number: int, least: Any, variable: Any, scale: Fraction) -> None:
-        """Add rows for this type of the bus that the longest other frame has begun, or goes first."""
-        board = self.board
-        where = [board.options[decision][option] for decision, option in self.given.items()]
-        ranges = tabulate(board.space, self._range, MOST_CASES, self.given)
-        if ranges is None or any(case.value is None for case in ranges):
-            return
-        for other in range(len(board.space.connections)):
-            message = self._message(other) if other != number else None
-            if message is None:
-                continue
-            apart_from = [rider.literal.negated() for rider in message.riders if rider.number == number]
-            riders = [rider for rider in message.riders if rider.number != number]
-            form = floor(_section(message) * scale) + sum(floor(one.extra_ns * scale) * one.literal for one in riders)
-            board.model.add(variable >= least + form).only_enforce_if([*where, message.own, *apart_from])
-
-    def _goes_first(self, other: _Message, own: Sequence[tuple[Any, int]]) -> Any:
-        """A literal that is true only where the number of another message is lower than that of one; None: never.
-
-        `own` are the numbers of that one, each with a literal.
-        """
-        board = self.board
-        pairs = [(literal, mine) for literal, number in other.numbers for mine, value in own if number < value]
-        if len(pairs) == 1 and all(literal.index == board.true.index for literal in pairs[0]):
-            return board.true
-        return board.any_of(board.all_of(pair) for pair in pairs) if pairs else None
+    def bits_ns(self) -> set[Exact | None] | None:
+        """The times of a bit in all cases, None where identifiers do not decide; None where cases are too many."""
+        ranges = tabulate(self.board.space, self._range, MOST_CASES, self.given)
+        return None if ranges is None else {case.value for case in ranges}
 
     def _range(self, view: View) -> Exact | None:
         if at(self.board.space.buses[self.bus].arbitration, view) != "priority":
             return None
         return identifier_range(self.board.space, self.bus, view)[0]
 
-    def _message(self, number: int) -> _Message | None:
+    def message(self, number: int) -> Sent | None:
+        """A message that is on the bus in any design; None where it has too many cases, or may be elsewhere."""
         space, board = self.board.space, self.board
         item = space.connections[number]
         if set(leaves(item.bus)) != {self.bus} or self.bus not in may_wait_for(space, number):
@@ -288,17 +179,17 @@ class _OnBus:
         ends = [case.value for case in full if case.value is not None]
         longest = max(case.value.last_ns for case in cases) + sum(rider.extra_ns for rider in riders)
         guards = [guard for one in limited if (guard := self.guards[one]) is not None]
-        return _Message(
+        return Sent(
             number,
             [board.model.get_int_var_from_proto_index(guard) for guard in guards],
             board.named(cases, given),
-            self._numbered(number, given),
+            self.numbered(number, given),
             own,
             riders,
             max(ends) if riders and len(ends) == len(full) > 0 else longest,
         )
 
-    def _numbered(self, number: int, given: Given) -> list[tuple[Any, int]]:
+    def numbered(self, number: int, given: Given) -> list[tuple[Any, int]]:
         """The identifiers of a message of its own that are known, each with a literal that it is there with that."""
         board = self.board
         own, numbers = own_literal(board, number), self._numbers(number, given)
@@ -312,7 +203,7 @@ class _OnBus:
         cases = tabulate(self.board.space, lambda view: at(item.identifier, view), MOST_CASES, given)
         return None if cases is None else self.board.named(cases, given)
 
-    def _add_time(self, messages: Sequence[_Message], time: Exact, bit: Exact, where: Sequence[Any]) -> None:
+    def _add_time(self, messages: Sequence[Sent], time: Exact, bit: Exact, where: Sequence[Any]) -> None:
         """Add one row for each interval of times up to `time`."""
         board = self.board
         due = [message for message in messages if message.may_be_due(time, self.guards)]
@@ -324,7 +215,7 @@ class _OnBus:
         if len(ends) > 1:
             board.model.add_bool_or([*chosen, *(literal.negated() for literal in needed)])
         before = self._before(due, beside, time)
-        blocker = max(beside, key=lambda message: (_section(message), message.lowest), default=None)
+        blocker = max(beside, key=lambda message: (section_ns(message), message.lowest), default=None)
         scale = _scale([item for message in messages for _, item in message.cases])
         blocked = self._blocked([message for message in beside if message.number not in before], scale, where)
         blocker = blocker if blocked is None else None
@@ -332,7 +223,7 @@ class _OnBus:
         for (begin, end), literal in zip(ends, chosen, strict=True):
             row = Row(board, floor(self._faulty(due, time, begin, bit) * scale), floor(end * scale), blocked)
             if blocker is not None:
-                row.add(blocker.own, _section(blocker), scale)
+                row.add(blocker.own, section_ns(blocker), scale)
             for cases, riders in counted:
                 works = [self._work(item, begin, last, bit, own=True) for _, item in cases]
                 for (case, _), work in zip(cases, works, strict=True):
@@ -343,24 +234,24 @@ class _OnBus:
             for message in beside:
                 if message.number in before:
                     least = min(self._work(item, begin, last, bit, own=False) for _, item in message.cases)
-                    least -= _section(blocker) if message is blocker else 0
+                    least -= section_ns(blocker) if message is blocker else 0
                     row.add(before[message.number], least, scale)
             row.demand([*where, *needed, literal])
 
     @cached_property
-    def _faults(self) -> list[Task]:
+    def faults(self) -> list[Task]:
         """The faults of the wire in each of several ways; none where there may be none."""
         cases = tabulate(self.board.space, partial(faults_on, self.board.space, self.bus), MOST_CASES, self.given)
         known = [case.value for case in cases or () if case.value is not None]
         return known if len(known) == len(cases or ()) else []
 
-    def _faulty(self, due: Sequence[_Message], time: Exact, begin: Exact, bit: Exact) -> Exact:
+    def _faulty(self, due: Sequence[Sent], time: Exact, begin: Exact, bit: Exact) -> Exact:
         """The least that faults cost until some time after `begin`: an error frame each, and a frame due by `time`."""
         sure = [one for one in due if one.is_always_due(time) and one.own is self.board.true]
-        hit = max(map(_section, sure), default=min(map(_section, due)))
-        return min((jobs_by(faults, begin) for faults in self._faults), default=0) * (ERROR_BITS * bit + hit)
+        hit = max(map(section_ns, sure), default=min(map(section_ns, due)))
+        return min((jobs_by(faults, begin) for faults in self.faults), default=0) * (ERROR_BITS * bit + hit)
 
-    def _blocked(self, beside: Sequence[_Message], scale: int, where: Sequence[Any]) -> tuple[Any, int] | None:
+    def _blocked(self, beside: Sequence[Sent], scale: int, where: Sequence[Any]) -> tuple[Any, int] | None:
         """A variable that is as long as the longest of some frames at least, and its greatest value.
 
         In 1 / `scale` ns, where all the literals in `where` are true; None where nothing may be carried in the frames,
@@ -371,12 +262,12 @@ class _OnBus:
         model, most = self.board.model, floor(max(message.longest_ns for message in beside) * scale)
         variable = model.new_int_var(0, most, "")
         for message in beside:
-            form = floor(_section(message) * scale) * message.own
+            form = floor(section_ns(message) * scale) * message.own
             form += sum(floor(rider.extra_ns * scale) * rider.literal for rider in message.riders)
             model.add(variable >= form).only_enforce_if(where)
         return variable, most
 
-    def _due_parts(self, message: _Message, time: Exact) -> tuple[list[tuple[Any, Candidate]], list[tuple[Any, Exact]]]:
+    def _due_parts(self, message: Sent, time: Exact) -> tuple[list[tuple[Any, Candidate]], list[tuple[Any, Exact]]]:
         """The cases of a message in which it is due by a time, and what is carried in it then, each with a literal."""
         board = self.board
         by_rider = [rider.literal for rider in due_riders(message.riders, time, self.guards)]
@@ -392,7 +283,7 @@ class _OnBus:
         cases = [(board.all_of([message.own, case]), item) for case, item in message.is_due(time)]
         return cases, [(board.all_of([is_due, one.literal]), one.extra_ns) for one in message.riders]
 
-    def _some_due(self, due: Sequence[_Message], time: Exact) -> list[Any]:
+    def _some_due(self, due: Sequence[Sent], time: Exact) -> list[Any]:
         """Literals that are true where all these limits are asked for, and one of the messages is due."""
         limited = [guard for message in due for guard in message.guards]
         for rider in (rider for message in due for rider in due_riders(message.riders, time, self.guards)):
@@ -403,7 +294,7 @@ class _OnBus:
             return guards
         return [*guards, self.board.any_of(case for message in due for case, _ in message.is_due(time))]
 
-    def _ends(self, due: Sequence[_Message], time: Exact, last: Exact, bit: Exact) -> list[tuple[Exact, Exact]]:
+    def _ends(self, due: Sequence[Sent], time: Exact, last: Exact, bit: Exact) -> list[tuple[Exact, Exact]]:
         """Intervals of times up to this: jobs change at their beginnings, of the last ones nowhere else."""
         steps: set[Exact] = set()
         for message in due:
@@ -427,7 +318,7 @@ class _OnBus:
         window = begin - last + bit  # that of the last one is longer
         return (jobs_by(item.task, window) if window >= 0 else 1) * item.task.worst_ns
 
-    def _before(self, due: Sequence[_Message], beside: Sequence[_Message], time: Exact) -> dict[int, Any]:
+    def _before(self, due: Sequence[Sent], beside: Sequence[Sent], time: Exact) -> dict[int, Any]:
         """A literal for each message in `beside`, true where it goes before the last message that is due."""
         board = self.board
         sure = [message for message in due if message.is_always_due(time)]
@@ -465,7 +356,7 @@ def _jobs(item: Candidate, work: Exact) -> int:
     return int(work // item.task.worst_ns)
 
 
-def _section(message: _Message) -> Exact:
+def section_ns(message: Sent) -> Exact:
     """The longest frame of a message, at least."""
     return min(item.section_ns for _, item in message.cases)
 

@@ -12,8 +12,8 @@ from typing import Any
 from ortools.sat.python import cp_model
 
 from dse.encode.literals import literal_of
-from dse.encode.scheduling.places import Places, Thread
 from dse.encode.scheduling.reasons import Reason
+from dse.encode.scheduling.threads import Places, Thread
 from dse.space.architecture.chains import successors
 
 Group = tuple[int, tuple[int, ...]]

@@ -29,9 +29,9 @@ from dse.encode.scheduling.combined import Combined
 from dse.encode.scheduling.core_limits import CoreLimit
 from dse.encode.scheduling.core_symmetry import number_cores
 from dse.encode.scheduling.orders import order_reasons
-from dse.encode.scheduling.places import Places
 from dse.encode.scheduling.reasons import Reason, reason_of, reason_of_message, reason_of_value
 from dse.encode.scheduling.schedulability import Deadline, add_rows
+from dse.encode.scheduling.threads import Places
 from dse.encode.scheduling.waiting import WaitRows
 from dse.space.model.space import Design, OpenCore, OpenPriority, Space
 from dse.space.question.open_cores import rules_on_order, tells_cores_apart

@@ -11,7 +11,7 @@ from fractions import Fraction
 from typing import TypeAlias
 
 from dse.analysis.rates import NS_PER_S
-from dse.encode.scheduling.places import Thread
+from dse.encode.scheduling.threads import Thread
 
 MOST_POINTS = 24
 """Of a level with more points than this some jobs count by their share: what that lets pass the referee refuses."""

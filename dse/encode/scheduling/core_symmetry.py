@@ -7,7 +7,7 @@ from itertools import pairwise
 from ortools.sat.python import cp_model
 
 from dse.encode.literals import literal_of
-from dse.encode.scheduling.places import Places, Thread
+from dse.encode.scheduling.threads import Places, Thread
 from dse.space.core_symmetry import are_offered_in_order, interchangeable_cores
 from dse.space.model.space import Space
 from dse.support.timelimit import look_at_the_clock

@@ -19,8 +19,8 @@ from dse.analysis.scheduling.busy_window import Stream, Task, response_time_ns
 from dse.analysis.scheduling.responses import counted_ns
 from dse.analysis.scheduling.tasks import work_ns
 from dse.analysis.views import View
-from dse.encode.scheduling.places import Places
 from dse.encode.scheduling.reasons import Reason
+from dse.encode.scheduling.threads import Places
 from dse.space.model.space import Design, OpenPriority, Space
 from dse.space.model.trees import at
 

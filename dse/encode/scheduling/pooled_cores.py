@@ -28,8 +28,8 @@ from dse.analysis.rates import NS_PER_S
 from dse.analysis.views import allowed_options, tabulate
 from dse.encode.linear import EXACT_LIMIT
 from dse.encode.scheduling.core_demand import WHOLE, CoreDemand, jobs_of, points_of
-from dse.encode.scheduling.places import Places, Thread
 from dse.encode.scheduling.schedulability import Rows
+from dse.encode.scheduling.threads import Places, Thread
 from dse.space.core_symmetry import interchangeable_cores
 from dse.space.model.trees import leaves
 from dse.support.timelimit import look_at_the_clock

@@ -25,7 +25,7 @@ from dse.analysis.terms import FlowChain
 from dse.analysis.views import View
 from dse.encode.linear import OpenTerm
 from dse.encode.messages.reasons import value_conditions
-from dse.encode.scheduling.places import Places, Thread
+from dse.encode.scheduling.threads import Places, Thread
 from dse.space.architecture.chains import may_come_seldom, may_succeed
 from dse.space.model.space import Space
 from dse.space.model.trees import at

@@ -15,7 +15,7 @@ from dse.analysis.rates import NS_PER_S
 from dse.analysis.views import View
 from dse.encode.literals import literal_of
 from dse.encode.model import EncodedSpace
-from dse.encode.scheduling.places import Places
+from dse.encode.scheduling.threads import Places
 from dse.space.model.space import Design
 from dse.space.model.trees import at
 

@@ -35,7 +35,7 @@ from dse.encode.linear import EXACT_LIMIT
 from dse.encode.literals import literal_of
 from dse.encode.scheduling.core_demand import WHOLE, CoreDemand, Rate, few_points_of, points_of, work_of
 from dse.encode.scheduling.core_symmetry import number_cores
-from dse.encode.scheduling.places import Places, Thread, Turn
+from dse.encode.scheduling.threads import Places, Thread, Turn
 from dse.space.architecture.chains import before_in_chain, may_come_seldom, may_succeed
 from dse.space.model.space import Space
 from dse.support.timelimit import look_at_the_clock

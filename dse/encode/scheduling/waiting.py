@@ -39,7 +39,7 @@ from dse.encode.scheduling.delays.chains import ChainRows
 from dse.encode.scheduling.delays.hosted import add_hosted_rows
 from dse.encode.scheduling.delays.jitters import Jitters
 from dse.encode.scheduling.delays.jobs import JobRows
-from dse.encode.scheduling.places import Places, Thread
+from dse.encode.scheduling.threads import Places, Thread
 from dse.space.architecture.chains import may_come_seldom
 from dse.space.model.space import Space
 from dse.space.model.trees import at, leaves

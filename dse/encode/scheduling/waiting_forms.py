@@ -19,7 +19,7 @@ from dse.analysis.terms import FlowChain, Term, Waiter
 from dse.analysis.timescale import RESPONSE_SCALE_LIMIT, whole_time_scale
 from dse.analysis.views import PartialView, Undecided, View, allowed_options, tabulate
 from dse.encode.linear import Board, Form, OpenTerm, check_exact, floor_int
-from dse.encode.messages.rows import add_waiting_rows
+from dse.encode.messages.waiting import add_waiting_rows
 from dse.encode.table_parts import additive_parts
 from dse.space.model.arrivals import CyclicActivation
 from dse.space.model.criteria import Metric

@@ -1,17 +1,17 @@
 """Shared cores, response times and clocks in the second proof.
 
-Read `contention.py` first. `clock_reads.py`, `contention.py`, `core_symmetry.py` and `waiting.py` have namesakes in
-`encode/scheduling`, and share no code with them.
+Read `contention.py` first. What `encode/scheduling` has, too, has the same file name there, and shares no code.
 
-* `contention.py`: limits on response times, learned from refused solutions.
-* `cores.py`, `core_symmetry.py`: limits of each core; interchangeable cores.
-* `levels.py`: deadlines as demand of the threads of a core, level by level.
-* `waiting.py`, `threads.py`: waiting as a variable; execution times, separations and priorities that it follows from.
-* `messages.py`, `message_lessons.py`: rows of a bus on which messages wait; what a refused solution teaches of them.
-* `message_waits.py`: how long messages wait, and behind whom.
-* `sampling.py`, `clock_reads.py`: waits on clocks, release by release; reads on clocks with response times.
-* `first_designs.py`: whether an earlier design has an equal objective vector.
-* `by_type.py`: a hard question for each combination of types of processors.
+* `contention.py`, `core_limits.py`: limits on response times, learned from refused solutions; limits of each core.
+* `threads.py`: diagrams of the execution time, separation, priority and core of each thread.
+* `schedulability.py`, `pooled_cores.py`: deadlines as demand of each core, and of interchangeable cores together.
+* `core_symmetry.py`: numbering of interchangeable cores.
+* `waiting.py`, `clock_reads.py`: waiting as a variable; reads on a common clock with response times.
+* `reasons.py`, `orders.py`: lessons from a late thread; from cores without a feasible order.
+
+Here alone: `sampling.py` (waits on clocks, release by release, for which the search asks the analysis),
+`first_designs.py` and `by_type.py` (ways to ask: for an earlier design of equal objectives, and by types of
+processors; in the first proof the search has them, not the encoder).
 
 Not allowed here: an import of `encode` or `search`. The clock formulas are written again on purpose.
 """

@@ -19,7 +19,7 @@ from dse.space.model.space import INACTIVE, Design
 from dse.verification.cases import Cases
 from dse.verification.diagrams import reached
 from dse.verification.reduced import ReducedRegion, Reduction, Row, by_decision, fails, holds, may_break, narrow
-from dse.verification.scheduling.cores import may_fit
+from dse.verification.scheduling.core_limits import may_fit
 from dse.verification.solver_calls import FIRST_LIMIT, SHARE_OF_REFUTING
 
 Claim: TypeAlias = tuple[Sequence[int], Design]

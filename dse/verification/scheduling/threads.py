@@ -1,4 +1,4 @@
-"""What the waiting of threads follows from, as diagrams: execution times, separations, turns, priorities and cores."""
+"""Each thread as diagrams: its execution time, separation, turn, priority and core, which its waiting follows from."""
 
 from __future__ import annotations
 
@@ -14,14 +14,47 @@ from dse.analysis.scheduling.priorities import number_of, order_ns
 from dse.analysis.scheduling.responses import UNBOUNDED_NS
 from dse.analysis.scheduling.tasks import work_ns
 from dse.analysis.views import View
+from dse.space.architecture.joins import may_join
+from dse.space.model.space import Component, Space
+from dse.space.model.trees import at
+from dse.space.model.trees import leaves as leaves_of
 from dse.verification.diagrams import NO_DESIGN, Diagram, Diagrams, leaves
-from dse.verification.scheduling.contention import has_number, is_simple, place_of
 from dse.verification.sums import Waits
 
 NEVER = Fraction(UNBOUNDED_NS) ** 2
 """The turn of a thread that has none."""
 Defined = Callable[[Diagram, str], None]
 """Demands that a diagram has a value in every design; with what it is of."""
+
+
+def is_simple(component: Component) -> bool:
+    """Whether the jobs of a thread can be counted: it is an OS thread with jobs of one kind."""
+    is_hybrid = "hybrid" in set(leaves_of(component.protocol)) and (
+        component.callback_ns is not None or may_join(component)
+    )
+    return component.processor is not None and component.is_lone and not is_hybrid
+
+
+def has_number(component: Component) -> bool:
+    """Whether a thread has a priority number, stated or decided."""
+    return any(isinstance(leaf, int) for leaf in leaves_of(component.priority))
+
+
+def place_of(space: Space, number: int, view: View) -> int:
+    """A number for the core that a thread runs on: the same for two threads only where they share one.
+
+    Negative where it runs on none, or where first-fit decides.
+    """
+    component = space.components[number]
+    processor, core = at(component.processor, view), at(component.core, view)
+    if processor is None:
+        return -1 - number
+    if core is None:
+        if at(space.processors[processor].cores, view) > 1:
+            return -1 - number
+        core = 1
+    most = max(count for slot in space.processors for count in leaves_of(slot.cores))
+    return int(processor * (most + 1) + core)
 
 
 def waits_of(make: Diagrams, defined: Defined, threads: Iterable[int], late: Sequence[Limit], scale: int) -> Waits:

@@ -30,7 +30,7 @@ MOST_JOBS = 24
 
 
 class WaitVariables:
-    """The waiting times in a model, in units of 1 / `scale` ns; of messages see `message_waits.py`."""
+    """The waiting times in a model, in units of 1 / `scale` ns; of messages see `messages/waiting.py`."""
 
     def __init__(self, space: Space, model: cp_model.CpModel, waits: Waits, value: Callable[[Any], Any]) -> None:
         self.space, self.model, self.scale = space, model, waits.scale

@@ -20,7 +20,7 @@ from ortools.sat.python import cp_model
 from dse.analysis.scheduling.responses import UNBOUNDED_NS
 from dse.analysis.terms import FlowChain, Waiter
 from dse.encode.scheduling.combined import Combined
-from dse.encode.scheduling.places import Places, Thread
+from dse.encode.scheduling.threads import Places, Thread
 from dse.space.architecture.chains import follows, may_come_seldom
 from dse.space.model.space import Space
 from dse.space.model.trees import leaves

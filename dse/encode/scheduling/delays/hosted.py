@@ -16,7 +16,7 @@ from ortools.sat.python import cp_model
 
 from dse.encode.linear import Board
 from dse.encode.scheduling.combined import Combined
-from dse.encode.scheduling.places import Places, Thread
+from dse.encode.scheduling.threads import Places, Thread
 from dse.space.model.space import Component, Space
 from dse.space.model.trees import Tree, at, leaves
 

@@ -19,7 +19,7 @@ from dse.analysis.views import View
 from dse.encode.linear import floor_int
 from dse.encode.scheduling.combined import Combined
 from dse.encode.scheduling.delays.jitters import Jitters
-from dse.encode.scheduling.places import Places, Thread
+from dse.encode.scheduling.threads import Places, Thread
 from dse.space.architecture.chains import before_on_core
 from dse.support.units import Exact
 

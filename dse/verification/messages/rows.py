@@ -1,15 +1,14 @@
-"""Messages that wait for buses in the second proof: rows of a bus.
+"""Demand rows of a bus in the second proof: the time that messages due by some time need of it, in any order.
 
 Of messages that are all due by some time E the last ends by then, after each job of the others that comes until
 it begins, of those with a number before it, too, and after a frame of one more. A message that may carry others is due
 as soon as one of these is. For each E numbers are gone through from the greatest down: once a message that is due has
-one, whatever has a lower one goes before the last that is due. One of several intervals holds that end. Lessons
-from refused solutions are in `message_lessons.py`.
+one, whatever has a lower one goes before the last that is due. One of several intervals holds that end.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import chain, pairwise
@@ -18,7 +17,6 @@ from typing import Any
 from ortools.sat.python import cp_model
 
 from dse.analysis.binding import frame_numbers
-from dse.analysis.limits import Limit
 from dse.analysis.messages.assignment import Candidate
 from dse.analysis.messages.frames import added, apart, has_own_message, longest_frame_ns
 from dse.analysis.messages.stages import (
@@ -36,7 +34,6 @@ from dse.analysis.views import PartialView, View, tabulate
 from dse.space.model.space import Space
 from dse.space.model.trees import Choice, at, leaves
 from dse.support.units import Exact
-from dse.verification.scheduling.message_lessons import limited_by_deadline
 
 MOST_CASES = 16
 """A message with more combinations of options than this has no part in rows."""
@@ -49,11 +46,14 @@ EARLIER = 4
 
 
 class BusRows:
-    """The rows of all buses in a model; `chosen` are the variables of its decisions."""
+    """The rows of all buses in a model; `chosen` are the variables of its decisions.
 
-    def __init__(self, space: Space, model: cp_model.CpModel, chosen: Sequence[Any], limits: Sequence[Limit]) -> None:
+    `limited` are the messages that must meet the deadline of their connection.
+    """
+
+    def __init__(self, space: Space, model: cp_model.CpModel, chosen: Sequence[Any], limited: Collection[int]) -> None:
         self.space, self.model, self.chosen = space, model, chosen
-        self.limited = limited_by_deadline(space, limits)
+        self.limited = limited
         self._literals: dict[tuple[int, int], Any] = {}
         for bus in counted_buses(space) if self.limited else ():
             for kind, wire, messages in self.by_type(bus):

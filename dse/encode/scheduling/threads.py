@@ -1,4 +1,4 @@
-"""Where each thread may run, how often and how long, as literals of a model: what rows and reasons are written in.
+"""Each thread as literals of a model: where it may run, how often and how long. Rows and reasons are written in these.
 
 Literals are indices (negative ones negated), so that the same figures serve every copy of a model.
 """

@@ -1,12 +1,13 @@
 """Lessons of the second proof from refused solutions in which messages wait for buses too long.
 
 Of messages none of which can be the last in time: with all options that make their bus no less busy
-(`dse.analysis.messages`). Of a message that waits so long: the options under which it does.
+(`dse.analysis.messages`). Of a message that waits so long: the options under which it does. Of messages that may have
+any identifier: which ones are sent before it in every order that meets all deadlines.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import replace
 from fractions import Fraction
 
@@ -14,47 +15,17 @@ from dse.analysis.latency.rows import counts_responses
 from dse.analysis.limits import Limit, judge
 from dse.analysis.memo import looked_at
 from dse.analysis.messages.burdens import burdens, goes_first, is_settled
-from dse.analysis.messages.conflicts import Conflict, conflicts, is_own_deadline, open_identifiers
-from dse.analysis.messages.stages import (
-    counted_buses,
-)
+from dse.analysis.messages.conflicts import Conflict, earlier_on_flows, open_identifiers, soonest
 from dse.analysis.scheduling.responses import message_waits_ns, with_threads
 from dse.analysis.views import View
 from dse.space.model.arrivals import CyclicActivation
 from dse.space.model.space import Design, Space
 from dse.space.model.trees import NotOffered, at
-from dse.verification.scheduling.contention import Lesson, least_groups, ordered_pairs
+from dse.verification.messages.waiting import message_of
+from dse.verification.scheduling.reasons import Lesson, least_groups, ordered_pairs
 
 
-def is_message_limit(limit: Limit) -> bool:
-    """Whether a limit is an upper one on the response time of a message."""
-    metric = limit.requirement.metric
-    return metric.kind == "message response" and limit.requirement.is_upper and not limit.is_elsewhere
-
-
-def limited_by_deadline(space: Space, limits: Sequence[Limit]) -> set[int]:
-    """The messages that must meet the deadline of their connection."""
-    pairs = [(item.requirement.metric.index or 0, item) for item in limits]
-    return {number for number, item in pairs if is_own_deadline(space, number, item.bound)}
-
-
-def message_lessons(space: Space, limits: Sequence[Limit], design: Design, *, has_places: bool) -> list[Lesson]:
-    """The lesson from messages that miss these limits in a design; of threads that wait where these have places."""
-    view = View(design)
-    limited = limited_by_deadline(space, limits)
-    found = [
-        _conflict_lesson(space, conflict, design)
-        for bus in counted_buses(space)
-        for conflict in conflicts(space, bus, view)
-        if limited.issuperset(conflict.limited(space, view))
-    ]
-    if found:
-        return found
-    late = [item for item in limits if not judge(item, view).holds]
-    return [_late_lesson(space, item, design, has_places=has_places) for item in late]
-
-
-def _late_lesson(space: Space, limit: Limit, design: Design, *, has_places: bool) -> Lesson:
+def late_lesson(space: Space, limit: Limit, design: Design, *, has_places: bool) -> Lesson:
     """The lesson from one message that is late in a design, with as few threads that wait as make it late."""
 
     def is_late(groups: Sequence[Sequence[int]] | None, given: Sequence[int]) -> bool:
@@ -77,7 +48,9 @@ def _late_lesson(space: Space, limit: Limit, design: Design, *, has_places: bool
     return Lesson(box, groups or (), above=above)
 
 
-def _conflict_lesson(space: Space, conflict: Conflict, design: Design) -> Lesson:
+def conflict_lesson(space: Space, conflict: Conflict, design: Design) -> Lesson:
+    """The lesson from messages of a bus of which none can be the last in time in a design."""
+
     def is_late(given: Sequence[int]) -> bool:
         return conflict.is_late(space, View(given))
 
@@ -85,7 +58,7 @@ def _conflict_lesson(space: Space, conflict: Conflict, design: Design) -> Lesson
         is_of_frame = space.decisions[decision].field == "carried_in"
         return conflict.frame_burden(space, decision, View(design)) if is_of_frame else burdens(space, decision)
 
-    box, busy = widened(design, is_late, compared)
+    box, busy = _widened(design, is_late, compared)
     ordered = conflict.kept_from_last(space, View(busy))
     assert ordered is not None
     for number, bound, is_most in conflict.bounds(ordered):
@@ -96,16 +69,6 @@ def _conflict_lesson(space: Space, conflict: Conflict, design: Design) -> Lesson
             fit = frozenset(option for option, value in numbered if (value <= bound if is_most else value >= bound))
             box[index] = box.get(index, fit) & fit
     return Lesson(box, ())
-
-
-def wait_key(number: int, *, has_source: bool) -> int:
-    """A key below 0 for the waiting of a message, by its connection: from when it is queued, or from its source on."""
-    return -1 - 2 * number - has_source
-
-
-def message_of(key: int) -> tuple[int, bool]:
-    """The connection of a `wait_key`, and whether it waits from its source on."""
-    return (-1 - key) // 2, bool((-1 - key) % 2)
 
 
 def waits_lesson(space: Space, key: int, waits: Callable[[View], Fraction], waited: Fraction, design: Design) -> Lesson:
@@ -122,7 +85,7 @@ def waits_lesson(space: Space, key: int, waits: Callable[[View], Fraction], wait
         return burdens(space, decision)
 
     if is_settled(space) and not open_identifiers(space):
-        return Lesson(widened(design, is_as_long, compared)[0], (), (key, waited))
+        return Lesson(_widened(design, is_as_long, compared)[0], (), (key, waited))
     return Lesson(_seen(is_as_long, design), (), (key, waited))
 
 
@@ -143,7 +106,91 @@ def undelayed_lesson(space: Space, key: int, longer_ns: Fraction, design: Design
     return waits_lesson(alone, key, waits, waited, design) if waited > longer_ns else None
 
 
-def widened(
+def soonest_lesson(
+    space: Space, key: int, limited: Collection[int], longer_ns: Fraction, design: Design
+) -> Lesson | None:
+    """The lesson from a message that waits longer than `longer_ns` in every order that meets all deadlines; else None.
+
+    It does so though no thread waits for another; threads that wait pass on more jitter, by which identifiers are not
+    chosen. Of those orders, if need be, that have earlier messages of flows before it as the rule does. Only where all
+    messages with a deadline are `limited` by it.
+    """
+    if not _is_chosen_alike(space, limited):
+        return None
+    alone, (number, has_source) = replace(space, processing="execution_time"), message_of(key)
+    for kept in dict.fromkeys([frozenset[int](), earlier_on_flows(alone, number, View(design))]):
+        least = soonest(alone, number, View(design), kept, has_source=has_source)
+        if least is None or least.waits_ns <= longer_ns:
+            continue
+        bound = Fraction(least.waits_ns)
+
+        def is_as_long(given: Sequence[int], kept: frozenset[int] = kept, bound: Fraction = bound) -> bool:
+            found = soonest(alone, number, View(given), kept, has_source=has_source)
+            return found is not None and found.waits_ns >= bound
+
+        return Lesson(_wait_box(alone, number, design, is_as_long, kept), (), (key, bound))
+    return None
+
+
+def order_lessons(
+    space: Space, key: int, limited: Collection[int], design: Design, open_: Callable[[int], bool]
+) -> Iterator[Lesson]:
+    """The lessons of which messages go before one in a design, of those for which that is `open_`."""
+    if not _is_chosen_alike(space, limited):
+        return
+    alone = replace(space, processing="execution_time")
+    number, told = message_of(key)[0], set[int]()
+    for kept in dict.fromkeys([frozenset[int](), earlier_on_flows(alone, number, View(design))]):
+        found = soonest(alone, number, View(design), kept)
+        for other in sorted(found.before - told) if found is not None else ():
+            if not open_(other):
+                continue
+            told.add(other)
+
+            def is_before(given: Sequence[int], other: int = other, kept: frozenset[int] = kept) -> bool:
+                seen = soonest(alone, number, View(given), kept)
+                return seen is not None and other in seen.before
+
+            yield Lesson(_wait_box(alone, number, design, is_before, kept), (), before=(key, other))
+
+
+def _is_chosen_alike(space: Space, limited: Collection[int]) -> bool:
+    """Whether messages have places in which all meet their deadlines, with jitter that is the same in any order.
+
+    Where no thread waits for another; `limited` must have all messages with a deadline.
+    """
+    alone = replace(space, processing="execution_time") if counts_responses(space) else space
+    if not (is_settled(alone) and open_identifiers(alone)):
+        return False
+    return all(item.deadline_ns is None or number in limited for number, item in enumerate(space.connections))
+
+
+def _wait_box(
+    space: Space, number: int, design: Design, holds: Callable[[Sequence[int]], bool], kept: frozenset[int]
+) -> dict[int, frozenset[int]]:
+    """Options with which something holds that the busier a bus is holds the more, and the rule has `kept` before."""
+
+    def compared(decision: int) -> Sequence[int] | None:
+        item = space.decisions[decision]
+        if item.field != "identifier":
+            return burdens(space, decision)
+        stated = [int(isinstance(value, int)) for value in item.values]
+        return stated if sum(stated) == 1 else None
+
+    def are_before(given: Sequence[int]) -> bool:
+        return kept <= earlier_on_flows(space, number, View(given))
+
+    def idler(decision: int) -> Sequence[int] | None:
+        busy = compared(decision)
+        return None if busy is None else [-one for one in busy]
+
+    box = _widened(design, holds, compared)[0]
+    for decision, options in _widened(design, are_before, idler)[0].items() if kept else ():
+        box[decision] = box.get(decision, options) & options
+    return box
+
+
+def _widened(
     design: Design, holds: Callable[[Sequence[int]], bool], compared: Callable[[int], Sequence[int | None] | None]
 ) -> tuple[dict[int, frozenset[int]], Design]:
     """Options of the decisions that are looked at, with which a thing holds, and the least busy design of these.

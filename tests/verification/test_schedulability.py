@@ -16,7 +16,8 @@ from dse.analysis.evaluate import Evaluator
 from dse.search.front import search_front
 from dse.verification import reduced
 from dse.verification.reduced import Reduction
-from dse.verification.scheduling.levels import Demand, add_levels, add_pools
+from dse.verification.scheduling.pooled_cores import add_pools
+from dse.verification.scheduling.schedulability import Demand, add_levels
 from dse.verification.tables import build_tables
 from tests.benchmarks.cases import nearly_full
 from tests.helpers.effort import cases
