@@ -39,3 +39,8 @@ def test_a_job_that_takes_no_time_ends_behind_what_comes_at_this_moment() -> Non
     result = dse.simulate(AT_ONCE, runs=100, offsets="random", execution="min", seed=1)
     assert not result.contradictions
     assert {item.name: item.bound_ns for item in result.tasks}["second"] == 10**6
+
+
+def test_growth_is_followed_behind_threads_that_never_meet() -> None:
+    """In this overloaded system lags and jobs on their way grow from round to round, and are followed in one step."""
+    assert not dse.simulate(dse.loads(draw_whole_system(2266)), runs=1, seed=1).contradictions

@@ -139,6 +139,8 @@ def is_plain(task: Task) -> bool:
     """
     if type(task.worst_ns) not in PLAIN or type(task.separation_ns) not in PLAIN:
         return False
+    if task.behind is not None and type(task.behind.reach_ns) not in PLAIN:
+        return False
     return all(type(item.period_ns) in PLAIN and type(item.jitter_ns) in PLAIN for item in task.streams)
 
 

@@ -64,7 +64,9 @@ class Preempted:
         task, rivals, blocked = self.task, self.rivals, self.blocked_ns
         if not task.worst_ns:
             return 0
-        if type(blocked) in PLAIN and all(map(is_plain, (task, *rivals))):
+        tasks = (task, *rivals) if self.source is None else (task, *rivals, self.source)
+        under_way_ns = 0 if self.kin is None else self.kin.under_way_ns
+        if type(blocked) in PLAIN and type(under_way_ns) in PLAIN and all(map(is_plain, tasks)):
             return _remembered(task, rivals, blocked, self.kin, self.source)
         return response_time_ns(task, rivals, blocked, self.kin, self.source)
 
