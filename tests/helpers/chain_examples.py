@@ -114,6 +114,15 @@ threads:
 connections: {ab: {from: a, to: b}, bc: {from: b, to: c}}
 flows: {f: {path: [t]}}
 """
+TWO_WAYS = """
+threads:
+  u: {processor: p, core: 1, priority: 9, period: 40 ms, compute_execution_time: 8 ms}
+  a: {processor: p, core: 1, priority: 1, period: 10 ms, compute_execution_time: 1 ms}
+  b: {processor: p, core: 1, priority: 3, dispatch_protocol: aperiodic, compute_execution_time: 3 ms}
+  c: {processor: p, core: 1, priority: 4, dispatch_protocol: aperiodic, compute_execution_time: 3 ms}
+connections: {ab: {from: a, to: b, latency: 0 ms .. 1 ms}, bc: {from: b, to: c, latency: 0 ms .. 1 ms}}
+flows: {f: {path: [a]}}
+"""
 PILED = """
 threads:
   r: {processor: p, core: 1, priority: 3, period: 5 ms, compute_execution_time: 3 ms}

@@ -170,20 +170,39 @@ class Successors:
             up = self.comes(sender, level, parts, is_own=is_own)
             found = None if up is None else Releases(up.streams)  # whatever the least distance of the sender
             most += [up.most or 1] if up is not None and (up.most or not up.streams) else []
-        for other in self._senders(job, level):
-            number = None if parts is None or self._runs(other, level) else self.on_way(other, job).by
-            if parts is not None and number is not None and (number == 1 or not is_own):
-                most.append(parts * number)
+        number = self._most(job, level, parts)
+        if number is not None and (number == 1 or not is_own):
+            most.append(number)
         if not most:
             return found
         return Releases((), most=min(most)) if found is None else replace(found, most=min(most))
 
+    def _most(self, job: Job, level: Job, parts: int | None) -> int | None:
+        """No more jobs than so many come in a window, by all ways from threads before it on the core; None: any."""
+        found = list[int]()
+        for other in self._senders(job, level):
+            way = self.on_way(other, job)
+            if not self._runs(other, level):
+                found += [parts * way.by] if parts is not None and way.by is not None else []
+            elif way.before is not None and (up := self._most(other, level, parts)) is not None:
+                found.append(up + way.before)
+        return min(found, default=None)
+
+    def _besides(self, job: Job, level: Job, last: Job) -> int | None:
+        """How many jobs come in a window besides one for each job of the last thread that has ended; None: any."""
+        found = list[int]()
+        for other in self._senders(job, level):
+            before = self.on_way(other, job).before
+            up = 0 if other == last else self._besides(other, level, last) if self._runs(other, level) else None
+            found += [] if before is None or up is None else [before + up]
+        return min(found, default=None)
+
     def _behind(self, job: Job, level: Job, own: Job, last: Job) -> Behind | None:
         """How often jobs come that the last thread of a window releases; None of what it does not."""
         found: list[Behind] = []
-        if last in self._senders(job, level):
-            besides = self.on_way(last, job).before
-            found += [] if besides is None else [Behind(besides, *self._reach(job, own))]
+        besides = self._besides(job, level, last)
+        if besides is not None:
+            found.append(Behind(besides, *self._reach(job, own)))
         sender = self._at_once_behind(job, level)
         if sender is not None and sender != last and self._runs(sender, level):
             up = self._behind(sender, level, own, last)

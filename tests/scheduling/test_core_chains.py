@@ -31,6 +31,7 @@ from tests.helpers.chain_examples import (
     SELDOM,
     THROUGH,
     TURNS,
+    TWO_WAYS,
 )
 from tests.helpers.core_chains import draw, played, problem_of, some_groups
 from tests.helpers.effort import cases
@@ -54,6 +55,7 @@ def latencies(space: Space, view: View) -> dict[str, Fraction]:
         (FORK, 5),  # c is beside the chain and goes before b
         (MEETING, 8),  # b comes behind jobs of a only: 3 + 5 ms, and 3 + 5 + 3 + 5 ms until the second one ends
         (THROUGH, 12),  # one job of c is on its way behind a when t is released
+        (TWO_WAYS, 18),  # b and two of c are on their way: c comes behind that b, too
         (PILED, 24),  # a job of t that is released later meets more jobs of k; 14 can be seen
         (BESIDE, 4),  # c comes once behind b, which is less urgent than a, though it comes behind a, too
         (JOIN, 36),  # y comes up to 35 ms after a was released

@@ -17,6 +17,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
+from functools import cache
 from typing import Any, NamedTuple, TypeAlias
 
 from dse.analysis.scheduling.busy_window import Behind, Stream, Task, TaskKey
@@ -45,8 +46,52 @@ class OnWay(NamedTuple):
     longest_ns: Exact | None = None
 
 
-OnWayOf: TypeAlias = Callable[[TaskKey], Sequence[OnWay]]
-"""Gives what a stage is behind on its core."""
+class OnWays:
+    """What each stage of a core is behind there, and how often it comes in windows by that, as lazily as asked.
+
+    `behind_of` gives what a stage is behind, the nearest first. All that a stage as urgent as the window releases in it
+    comes of jobs released in the window, besides those on their way when it begins.
+    """
+
+    def __init__(self, behind_of: Callable[[TaskKey], Sequence[OnWay]]) -> None:
+        self.behind_of = cache(behind_of)
+        self._most: dict[tuple[TaskKey, int, int | None], int | None] = {}
+        self._sooner: dict[tuple[TaskKey, int, TaskKey], int | None] = {}
+
+    def most(self, key: TaskKey, priority: int, pieces: int | None) -> int | None:
+        """The most jobs of a stage in a window of a priority, for less urgent ones before it end none there.
+
+        But for one at the begin of each of so many `pieces`; None where that is not known.
+        """
+        place = key, priority, pieces
+        if place not in self._most:
+            self._most[place] = None  # in a circle
+            found = list[int]()
+            for item in self.behind_of(key):
+                if _priority(item.before) < priority:
+                    found += [] if item.most is None or pieces is None else [pieces * item.most]
+                elif item.most_sooner is not None:
+                    before = self.most(item.before.key, priority, pieces)
+                    found += [] if before is None else [before + item.most_sooner]
+            self._most[place] = min(found, default=None)
+        return self._most[place]
+
+    def sooner(self, key: TaskKey, priority: int, last: TaskKey) -> int | None:
+        """The most jobs of a stage in a window besides one for each job of that which has ended; None: not known."""
+        place = key, priority, last
+        if place not in self._sooner:
+            self._sooner[place] = None  # in a circle
+            found = list[int]()
+            for item in self.behind_of(key):
+                if item.most_sooner is None:
+                    continue
+                if item.before.key == last:
+                    found.append(item.most_sooner)
+                elif _priority(item.before) >= priority:
+                    before = self.sooner(item.before.key, priority, last)
+                    found += [] if before is None else [before + item.most_sooner]
+            self._sooner[place] = min(found, default=None)
+        return self._sooner[place]
 
 
 def is_coupled(stages: Mapping[TaskKey, Stage], stage: Stage) -> bool:
@@ -102,7 +147,7 @@ def cases_in_window(
     level: TaskKey,
     ends: tuple[int, TaskKey],
     tasks: Sequence[Task | None],
-    behind_of: OnWayOf,
+    ways: OnWays,
     pieces: int | None = 1,
 ) -> list[Sequence[Task | None]]:
     """The stages of a resource as they come in a busy window of the priority of one of them, in each case there is.
@@ -119,24 +164,24 @@ def cases_in_window(
     behind: dict[TaskKey, list[int]] = {}
     first_key = resource.entries[first].key
     for position, (entry, task) in enumerate(zip(resource.entries, tasks, strict=True)):
-        if not behind_of(entry.key):
+        if not ways.behind_of(entry.key):
             found.append(task)
             continue
         stage = events.stages[entry.key]
         passed, less_urgent = _up_to_head(events.stages, stage, stated.priority)
         comes = task if len(passed) == 1 else events.released_as(stage.key, passed[-1].key)
-        known = [item for one in passed for item in behind_of(one.key)]
-        most = _least(item.most for item in known if _priority(item.before) < stated.priority)
+        most = ways.most(entry.key, stated.priority, pieces)
         is_once = most == 1 and pieces == 1
         if is_once:
             comes = once(stage)
             if less_urgent is not None and not _sent_ns(passed[-1]):
                 behind.setdefault(less_urgent.key, []).append(position)
-        elif most is not None and pieces is not None and position != first:
-            comes = replace(once(stage) if comes is None else comes, most=most * pieces)
+        elif most is not None and position != first:
+            comes = replace(once(stage) if comes is None else comes, most=most)
         if pieces == 1 and position != first and comes is not None:
-            sooner = _least(item.most_sooner for item in known if item.before.key == last)
+            sooner = ways.sooner(entry.key, stated.priority, last)
             if sooner is not None:
+                known = (item for one in passed for item in ways.behind_of(one.key))
                 reach = _least(item.longest_ns for item in known if item.before.key == first_key)
                 comes = replace(comes, behind=_behind(events, first_key, sooner, reach))
         found.append(comes)

@@ -15,7 +15,7 @@ from itertools import islice
 from dse.analysis.scheduling.busy_window import Task, TaskKey
 from dse.analysis.scheduling.event_models import EventModels, apart_ns
 from dse.analysis.scheduling.model import Entry, Resource, Stage, System
-from dse.analysis.scheduling.policies.coupled import OnWay, behind_on_core, cases_in_window, is_coupled
+from dse.analysis.scheduling.policies.coupled import OnWay, OnWays, behind_on_core, cases_in_window, is_coupled
 from dse.support.units import Exact
 
 MOST_THREADS = 32
@@ -140,7 +140,7 @@ class Succession:
     def __init__(self, events: EventModels, resource: Resource) -> None:
         self.events, self.resource = events, resource
         self._chains: dict[int, Chains] = {}
-        self._behind: dict[TaskKey, list[OnWay]] = {}
+        self._ways = OnWays(self._behind_of)
 
     def chains(self, executor: int) -> Chains:
         """The chains of one executor.
@@ -171,14 +171,11 @@ class Succession:
         if not self.has_coupled:
             return [tasks]
         first, last = ends[0], self.resource.entries[ends[1]].key
-        return cases_in_window(self.events, self.resource, level, (first, last), tasks, self._behind_of, pieces)
+        return cases_in_window(self.events, self.resource, level, (first, last), tasks, self._ways, pieces)
 
     def _behind_of(self, key: TaskKey) -> Sequence[OnWay]:
-        if key not in self._behind:
-            outside = self._outside
-            found = behind_on_core(self.events, self.events.stages[key], outside.spans_to, outside.is_apart)
-            self._behind[key] = list(found)
-        return self._behind[key]
+        outside = self._outside
+        return list(behind_on_core(self.events, self.events.stages[key], outside.spans_to, outside.is_apart))
 
     @cached_property
     def has_relatives(self) -> bool:
