@@ -159,6 +159,18 @@ class KeptBy:
         return KeptBy(named, use, named_identifiers(space, design), contention)
 
 
+def with_numbers(space: Space, point: Point) -> dict[str, str]:
+    """The decisions of a design, with the number (``0xff``) of each message that takes any free identifier.
+
+    Names of decisions to texts for tables; `Point.decisions` has the option, ``any``, which is read back.
+    """
+    chosen = dict(point.decisions)
+    if "any" in chosen.values():
+        numbers = {f"{name}.identifier": number for name, number in named_identifiers(space, point.design).items()}
+        chosen |= {name: number for name, number in numbers.items() if name in chosen}
+    return chosen
+
+
 @dataclass(frozen=True)
 class ListedPoint:
     """A point of the front as JSON has it: the design that stands for it.

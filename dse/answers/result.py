@@ -28,6 +28,7 @@ from dse.answers.designs import (
     ListedPoint,
     Point,
     Status,
+    with_numbers,
 )
 from dse.answers.question_data import BY_WAITING, Objective, Origin, SolvedProblem
 from dse.answers.ranking.ranking import METHOD, competition_ranks, ideal_distances
@@ -222,7 +223,8 @@ class Result(Answer):
         """The front as a frame, in the order of rank.
 
         Columns: ``id``, ``rank``; each objective and each further metric as ``NAME [UNIT]`` (floating-point, infinite
-        where it is unbounded); each open decision by name (text, None where inactive).
+        where it is unbounded); each open decision by name (text, None where inactive; for `identifier: any` the number
+        that the message has).
 
         Parameters
         ----------
@@ -329,7 +331,8 @@ class Result(Answer):
     def _rows(self) -> list[list[Any]]:
         rows = []
         for point in self.front:
-            values: dict[str, Any] = {**point.counts, **point.objectives, **point.decisions}
+            chosen = point.decisions if self.under_way else with_numbers(self.space, point)
+            values: dict[str, Any] = {**point.counts, **point.objectives, **chosen}
             rows.append([point.id, point.rank, *(values.get(name) for name in self.columns[2:])])
         return rows
 

@@ -21,7 +21,7 @@ from dse.answers.ranking.reasons import Reasoner
 from dse.cli.main import run
 from dse.report.content.front.document import Document
 from dse.report.content.front.first_screen import first_page
-from dse.report.page import Text
+from dse.report.page import Table, Text
 from dse.report.words.messages import identifier_words, late_message_words
 from dse.report.words.reasons import sentences
 from dse.support.errors import ProblemError
@@ -441,3 +441,31 @@ def test_a_result_has_the_identifiers_of_its_designs(
     capsys.readouterr()
     assert run(["report", "forged.json"]) == 2
     assert "alternative 1 has other identifiers than the result says" in capsys.readouterr().err
+
+
+TRADED = """
+dse: 1
+name: traded
+bus_types:
+  fast: {bandwidth: 500 kbit/s, frame: can, price: 5 EUR}
+  slow: {bandwidth: 125 kbit/s, frame: can, price: 1 EUR}
+buses: {can0: {type: [slow, fast]}}
+devices: {sink: {}, a: {period: 10 ms}, b: {period: 5 ms}}
+connections:
+  m1: {from: a, to: sink, port: data, data_size: 8 B, bus: can0, identifier: 0x100}
+  m2: {from: b, to: sink, port: data, data_size: 8 B, bus: can0, identifier: [0x200, any], deadline: 2200 us}
+  m3: {from: a, to: sink, port: data, data_size: 8 B, bus: can0, identifier: 0x150}
+baseline: {m2: {identifier: 0x200}}
+objectives: [minimise price, minimise changes]
+"""
+
+
+def test_tables_have_the_number_of_a_message_that_takes_a_free_identifier() -> None:
+    """By the slow bus m2 (1.08 ms) may wait for one frame that has begun: it goes right before 0x100."""
+    found = dse.solve(dse.loads(TRADED))
+    assert sorted(point.decisions["m2.identifier"] for point in found.front) == ["0x200", "any"]
+    document = Document(found)
+    assert sorted(row[-1] for row in document.front_table.rows) == ["0x200", "any (0xff)"]
+    screen = [block for section in first_page(document).sections for block in section.blocks if isinstance(block, Table)]
+    assert {"any (0xff)", "0x200"} <= {cell for row in screen[0].rows for cell in row}
+    assert {line.rpartition(",")[2] for line in found.to_csv().splitlines()[1:]} == {"0x200", "0xff"}

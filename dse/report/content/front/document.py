@@ -12,7 +12,7 @@ from dse.analysis.binding import bus_stack, message_sizes
 from dse.analysis.rates import rate_hz
 from dse.analysis.views import View
 from dse.answers.analysis import Analysis, FlowTable
-from dse.answers.designs import Point
+from dse.answers.designs import Point, with_numbers
 from dse.answers.ranking.changes import changes_between
 from dse.answers.ranking.reasons import Margin, Reasoner
 from dse.answers.ranking.variants import varying
@@ -254,7 +254,8 @@ class Document:
         rows: list[tuple[str, ...]] = []
         for point in points:
             values = [value for _, value in self._figures(point.objectives)]
-            chosen = [point.decisions.get(name, NOTHING) for name in self.varying]
+            decisions = self.chosen_in(point)
+            chosen = [decisions.get(name, NOTHING) for name in self.varying]
             like = [f"#{variants[point.id]}" if point.id in variants else ""] if variants else []
             score = [point.score] if has_score else []
             rows.append((rank_text(self.result, point.rank), str(point.id), *like, *values, *score, *chosen))
@@ -262,6 +263,12 @@ class Document:
         caption = f"The front, ranked by {self.result.ranking_words}"
         numbers = tuple(at for at, name in enumerate(headings) if name != "like")
         return Table(caption, (*headings, *self.varying), tuple(rows), numbers, wide=wide, label=1)
+
+    def chosen_in(self, point: Point) -> dict[str, str]:
+        """The decisions of a point as tables show them: ``any (0xff)`` where a message takes any free identifier."""
+        numbered = dict(point.decisions) if self.result.under_way else with_numbers(self.space, point)
+        stated = point.decisions
+        return {name: text if text == stated[name] else f"{stated[name]} ({text})" for name, text in numbered.items()}
 
     @cached_property
     def front_table(self) -> Table:
@@ -423,13 +430,14 @@ class Document:
         """Every open decision, today's beside this one's; what differs is marked."""
         today = decisions_of(self.space, self.result.baseline) if self.result.baseline is not None else None
         rows: list[tuple[str, ...]] = []
+        shown = self.chosen_in(point)
         for name in self.result.open_decisions:
             here = point.decisions.get(name, NOTHING)
             if today is None:
-                rows.append((name, here))
+                rows.append((name, shown.get(name, NOTHING)))
             else:
                 before = today.get(name, NOTHING)
-                rows.append((name, before, here, "changes" if before != here else ""))
+                rows.append((name, before, shown.get(name, NOTHING), "changes" if before != here else ""))
         headings = ("decision", f"#{point.id}") if today is None else ("decision", "baseline", f"#{point.id}", "")
         return Table("Decisions", headings, tuple(rows))
 

@@ -167,10 +167,11 @@ class Screen:
         minor = sorted(self.kinds.minor, key=lambda name: not name.endswith(".type"))
         minor = minor[: MOST_DECISIONS if self.is_one_kind else MOST_MINOR]
         spare: list[int] = []
+        chosen = [self.document.chosen_in(point) for point in points]
         for name in (*self.kinds.naming, *minor):
             spare += [len(headings)] if name in minor else []
             headings.append(self.names.short[name])
-            columns.append([point.decisions.get(name, NOTHING) for point in points])
+            columns.append([decisions.get(name, NOTHING) for decisions in chosen])
         if not self.is_one_kind and len(self.kinds.kinds) < len(self.result.front):
             numbers = (*numbers, len(headings))
             spare = [len(headings), *reversed(spare)]
