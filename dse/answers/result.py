@@ -223,8 +223,7 @@ class Result(Answer):
         """The front as a frame, in the order of rank.
 
         Columns: ``id``, ``rank``; each objective and each further metric as ``NAME [UNIT]`` (floating-point, infinite
-        where it is unbounded); each open decision by name (text, None where inactive; for `identifier: any` the number
-        that the message has).
+        where it is unbounded); each open decision by name (text, None where inactive, the number of `identifier: any`).
 
         Parameters
         ----------

@@ -466,6 +466,8 @@ def test_tables_have_the_number_of_a_message_that_takes_a_free_identifier() -> N
     assert sorted(point.decisions["m2.identifier"] for point in found.front) == ["0x200", "any"]
     document = Document(found)
     assert sorted(row[-1] for row in document.front_table.rows) == ["0x200", "any (0xff)"]
-    screen = [block for section in first_page(document).sections for block in section.blocks if isinstance(block, Table)]
+    screen = [
+        block for section in first_page(document).sections for block in section.blocks if isinstance(block, Table)
+    ]
     assert {"any (0xff)", "0x200"} <= {cell for row in screen[0].rows for cell in row}
     assert {line.rpartition(",")[2] for line in found.to_csv().splitlines()[1:]} == {"0x200", "0xff"}

@@ -10,6 +10,8 @@ import dse
 from dse.analysis.evaluate import Evaluator
 from dse.analysis.measures import all_metrics, build_measure
 from dse.analysis.views import View
+from dse.cli.main import run
+from dse.report.words.basis import counting_words
 from dse.report.words.contention import bus_words
 from dse.support.errors import ProblemError
 
@@ -72,6 +74,21 @@ def test_what_is_missing_is_named_and_nothing_waits(edit: tuple[str, str], said:
     assert not found.messages
     assert all(row.max_method != "waiting for the bus" for row in found.flows[0].rows)
     assert bus_words(found.space) == said
+
+
+@pytest.mark.parametrize("processing", ["response_time", "execution_time"])
+def test_deadlines_of_messages_alone_say_that_a_bus_is_not_counted_and_what_is_missing(
+    processing: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A deadline holds for a message that waits for nothing: without a flow, too, the answer says what is missing."""
+    text = SYNC[: SYNC.index("flows:")].replace("identifier: 0x80", "identifier: 0x80, deadline: 100 us")
+    text += f"processing: {processing}\n"
+    assert counting_words(dse.loads(text).space).endswith("Waiting counted: buses.")
+    path = tmp_path / "missing.yaml"
+    path.write_text(text.replace(", identifier: 0x181", ""), encoding="utf-8")
+    for command in (["check"], ["analyse"], ["solve", "--minimise", "price"]):
+        assert run([*command, str(path)]) == 0
+        assert "Waiting not counted: can0 (no `identifier` of pdo)." in capsys.readouterr().out
 
 
 def test_nothing_is_said_by_name_where_nothing_is_stated() -> None:

@@ -22,9 +22,10 @@ from dse.analysis.placement.partition import Spread
 from dse.analysis.validity import Rulebook
 from dse.analysis.views import View
 from dse.space.architecture.carriers import carriers
+from dse.space.model.metric_kinds import is_of_message
 from dse.space.model.space import EMPTY, Bus, Component, Design, Space
 from dse.space.model.trees import at, leaves
-from dse.space.question.open_cores import is_scheduled, with_open_cores
+from dse.space.question.open_cores import asked_metrics, is_scheduled, with_open_cores
 from dse.support.timelimit import in_time
 
 
@@ -49,11 +50,13 @@ def is_left_out(space: Space) -> bool:
 
 
 def leaves_out_buses(space: Space) -> bool:
-    """Whether latencies count no waiting for some physical bus that may carry messages; OSATE has rules of its own.
+    """Whether times count no waiting for some physical bus that may carry messages; OSATE has rules of its own.
 
-    True where such a bus has no stated arbitration, or counting is switched off.
+    True where such a bus has no stated arbitration, or counting is switched off, and a flow or a message is asked
+    about.
     """
-    return space.profile == "dse" and bool(space.flows) and bool(uncounted_buses(space))
+    is_timed = bool(space.flows) or any(is_of_message(space, metric) for metric in asked_metrics(space))
+    return space.profile == "dse" and is_timed and bool(uncounted_buses(space))
 
 
 def uncounted_buses(space: Space) -> tuple[Bus, ...]:

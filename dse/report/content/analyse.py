@@ -17,7 +17,7 @@ from dse.report.amounts import amount_words, slack_words
 from dse.report.page import MINUS, NOTHING, Block, Page, Plot, Section, Table, Text, few, listing, texts
 from dse.report.plots.deadlines import deadline_plot
 from dse.report.plots.design import usage_chart, usage_records, waterfall, waterfall_records
-from dse.report.words.basis import basis_words, counting_words, scale_words, waiting_verdict
+from dse.report.words.basis import basis_words, counting_words, missing_figures, scale_words, waiting_verdict
 from dse.report.words.clocks import boundary_blocks
 from dse.report.words.contention import (
     bus_words,
@@ -197,7 +197,7 @@ def _counted(analysis: Analysis) -> Text:
         said = contended_words(analysis.contended, analysis.space.currency)
         kept = f"With waiting for the CPU, {core_words(analysis.space)}: {said}"
     is_broken = analysis.contended is not None and bool(analysis.contended.broken)
-    verdict = waiting_verdict(waiting_counted(analysis.space))
+    verdict = waiting_verdict(waiting_counted(analysis.space), missing_figures(analysis.space))
     whole = " ".join(filter(None, (f"Counted  {basis_words(settings)}.", verdict, processing, kept, buses)))
     counted = counting_words(analysis.space)
     brief = " ".join(filter(None, ("Counted ", counted, kept))) if counted else ""

@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
+from types import MappingProxyType
 from typing import Any
 
-from dse.analysis.diagnosis.front_verdicts import waiting_counted
+from dse.analysis.diagnosis.front_verdicts import uncounted_buses, waiting_counted
 from dse.report.amounts import listed
-from dse.space.model.metric_kinds import flows_in
+from dse.space.model.metric_kinds import flows_in, is_of_message
 from dse.space.model.space import Space
 from dse.space.model.trees import leaves
 from dse.space.question.open_cores import asked_metrics, is_scheduled
 from dse.space.question.settings import OSATE_SETTINGS, SETTINGS, profile_defaults, settings_of
 
 PER_CORE = "Utilisation counts one core as 100 %, n cores as n times that; a limit of 70 % is one of each core."
+NOTHING_MISSING: Mapping[str, str] = MappingProxyType({})
 PROCESSORS = "processors"
 """All processors together, among the resources for which waiting is counted."""
 
@@ -60,10 +62,11 @@ def counted_delays(waiting: Mapping[str, Sequence[str]]) -> str:
     return ", ".join(["execution", "transmission", *faults])
 
 
-def waiting_verdict(waiting: Mapping[str, Sequence[str]]) -> str:
+def waiting_verdict(waiting: Mapping[str, Sequence[str]], missing: Mapping[str, str] = NOTHING_MISSING) -> str:
     """The sentence on the resources for which waiting is counted, and on those for which it is not; "" without any.
 
-    `waiting` is the form of `waiting_counted`; buses are named where some are counted and others are not.
+    `waiting` is the form of `waiting_counted`; buses are named where some are counted and others are not, or where some
+    are `missing` a figure: what, by the name of the bus (`missing_figures`).
 
     >>> waiting_verdict({"counted": ["processors", "can0"], "not_counted": []})
     'Waiting counted: processors, buses.'
@@ -71,10 +74,15 @@ def waiting_verdict(waiting: Mapping[str, Sequence[str]]) -> str:
     'Waiting counted: processors, can0; not counted: ser0, eth0.'
     >>> waiting_verdict({"counted": [], "not_counted": ["processors", "can0"]})
     'Waiting not counted: processors, buses.'
+    >>> waiting_verdict({"counted": ["processors"], "not_counted": ["can0"]}, {"can0": "no `identifier` of lamp"})
+    'Waiting counted: processors; not counted: can0 (no `identifier` of lamp).'
     """
     parts = {key: waiting.get(key, ()) for key in ("counted", "not_counted")}
     buses = {key: [name for name in names if name != PROCESSORS] for key, names in parts.items()}
-    is_one = not (buses["counted"] and buses["not_counted"])
+    is_one = not (buses["counted"] and buses["not_counted"]) and not any(
+        name in missing for name in buses["not_counted"]
+    )
+    buses["not_counted"] = [f"{name} ({missing[name]})" if name in missing else name for name in buses["not_counted"]]
     names = {
         key.replace("_", " "): [PROCESSORS] * (PROCESSORS in part)
         + (["buses"] if is_one and buses[key] else buses[key])
@@ -84,9 +92,20 @@ def waiting_verdict(waiting: Mapping[str, Sequence[str]]) -> str:
     return f"Waiting {'; '.join(said)}." if said else ""
 
 
+def missing_figures(space: Space) -> dict[str, str]:
+    """The figures without which waiting for a bus is not counted, by its name: ``no `identifier` of lamp``.
+
+    Of buses that state how they arbitrate, or of whose messages one states an identifier or a priority.
+    """
+    return {bus.name: bus.uncounted for bus in uncounted_buses(space) if bus.uncounted}
+
+
 def counts_latencies(space: Space) -> bool:
     """Whether a requirement or an objective is about the latency of a flow, or a response time."""
-    return any(flows_in(space, metric) or is_scheduled(space, metric) for metric in asked_metrics(space))
+    return any(
+        flows_in(space, metric) or is_scheduled(space, metric) or is_of_message(space, metric)
+        for metric in asked_metrics(space)
+    )
 
 
 def counting_words(space: Space, settings: Mapping[str, Any] | None = None) -> str:
@@ -102,7 +121,7 @@ def counting_words(space: Space, settings: Mapping[str, Any] | None = None) -> s
     rules = ", ".join(text for name, text in basis_parts(settings or settings_of(space)).items() if name not in omitted)
     said = [
         f"{counted_delays(waiting)}.",
-        waiting_verdict(waiting),
+        waiting_verdict(waiting, missing_figures(space)),
         f"{rules[:1].upper()}{rules[1:]}." if rules else "",
     ]
     return " ".join(filter(None, said))

@@ -130,6 +130,14 @@ def flows_in(space: Space, metric: Metric) -> frozenset[str]:
     return frozenset(name for _, inner in parts_of(space, metric) for name in flows_in(space, inner))
 
 
+def is_of_message(space: Space, metric: Metric) -> bool:
+    """Whether a metric is the response time of a message, or is made of some.
+
+    Recursive over derived metrics and extremes.
+    """
+    return metric.kind == "message response" or any(is_of_message(space, inner) for _, inner in parts_of(space, metric))
+
+
 def counts_changes(space: Space, metric: Metric) -> bool:
     """Whether a metric counts, or is made of what counts, changes against the baseline.
 

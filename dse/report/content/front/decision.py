@@ -26,7 +26,7 @@ from dse.report.content.front.first_screen import Screen
 from dse.report.page import Text
 from dse.report.plots.design import drawn_ns
 from dse.report.plots.front import drawn_figures
-from dse.report.words.basis import counted_delays, counts_latencies, waiting_verdict
+from dse.report.words.basis import counted_delays, counts_latencies, missing_figures, waiting_verdict
 from dse.report.words.choice import beyond_words, margin_parts, short_metrics
 from dse.report.words.headline import found_words
 from dse.report.words.reasons import figures_words
@@ -82,7 +82,7 @@ def banner(screen: Screen) -> Banner:
     facts = [(is_complete, f"{status[:1].upper()}{status[1:]}".rstrip("."))]
     if counts_latencies(result.space):
         facts.append((True, f"Counted: {counted_delays(waiting)}"))
-        verdict = waiting_verdict(waiting).rstrip(".")
+        verdict = waiting_verdict(waiting, missing_figures(result.space)).rstrip(".")
         facts += [(not waiting["not_counted"], verdict)] if verdict else []
     note = screen.waiting.note()
     facts += [(not note.startswith("With waiting for the CPU no"), note.rstrip("."))] if note else []
