@@ -35,7 +35,8 @@ def refused(evaluator: Evaluator, design: Design, limits: Sequence[Limit]) -> li
         when the design is none, or breaks a limit of a measure that is not rounded.
     """
     reasons = evaluator.invalid(design)
-    broken = [] if reasons else [at for at, limit in enumerate(limits) if not judge(limit, View(design)).holds]
+    view = View(design)
+    broken = [] if reasons else [at for at, limit in enumerate(limits) if not judge(limit, view).holds]
     _blame([*reasons, *(limits[at].requirement.text for at in broken if not limits[at].measure.rounded)])
     return broken
 

@@ -9,6 +9,9 @@ import pytest
 import dse
 from dse.analysis.evaluate import Evaluator
 from dse.analysis.measures import all_metrics, build_measure
+from dse.analysis.scheduling import responses
+from dse.analysis.scheduling.fixed_point import Solution, solve
+from dse.analysis.scheduling.model import System
 from dse.analysis.views import View
 from dse.cli.main import run
 from dse.report.words.basis import counting_words
@@ -319,3 +322,20 @@ def test_what_a_device_sends_spreads_by_the_response_time_that_it_states(process
     seen = dse.analyse(dse.loads(STATED + f"processing: {processing}\n")).messages["can0"][0]
     assert seen.releases is not None
     assert [(item.period_ns, item.jitter_ns) for item in seen.releases] == [(20_000_000, 1_500_000)]
+
+
+def test_the_twelve_late_messages_of_the_public_cars_bus_are_named_with_few_looks_at_the_whole_bus(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """All messages of a design are looked at together, once for each question: 150 of them took minutes one by one."""
+    looks = []
+
+    def counting(system: System) -> Solution:
+        looks.append(system)
+        return solve(system)
+
+    monkeypatch.setattr(responses, "solve", counting)
+    found = dse.solve(dse.loads(f"{car_bus()}\nobjectives: [minimise price]"))
+    assert found.status == "infeasible"
+    assert len({clash.text for conflict in found.conflicts for clash in conflict.members}) == 12
+    assert len(looks) < 60

@@ -63,23 +63,22 @@ def resolve(space: Space, view: View, wanted: Sequence[TaskKey] | None = None) -
     return _system(space, [*(resource_of(space, *core, view) for core in cores), *buses], view)
 
 
-def resolve_buses(space: Space, view: View, wire: int | None = None) -> System:
+def resolve_buses(space: Space, view: View, bus: int | None = None) -> System:
     """The system of the buses of a design alone: what sends messages ends within its longest processing by itself.
 
-    Of one connection's message only what decides its response time.
+    Of one bus only what decides response times of its messages.
     """
     read = partial(_in_latencies, space, reader(space, view), view)
-    if wire is None:
+    if bus is None:
         resources = {number: _bus(space, number, view) for number in counted_buses(space)}
     else:
-        first = bus_of(space, wire, view)
-        resources, todo = {}, [] if first is None else [first]
+        resources, todo = {}, [bus]
         while todo:
             number = todo.pop()
             resource = resources[number] = _bus(space, number, view)
             before = with_senders([entry.key for entry in resource.entries], read)
             found = [bus_of(space, one, view) for one, part in before if part == "message"]
-            todo += dict.fromkeys(bus for bus in found if bus is not None and bus not in resources)
+            todo += dict.fromkeys(one for one in found if one is not None and one not in resources)
     keys = [entry.key for resource in resources.values() for entry in resource.entries]
     return System(with_senders(keys, read), tuple(resources.values()), _horizon_ns(space), space.is_traced)
 

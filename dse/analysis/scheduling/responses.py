@@ -212,21 +212,27 @@ def message_waits_ns(space: Space, number: int, view: View, *, has_source: bool 
         response = solution.ends.get(lag_of(key), response) if has_source else response
     else:
         alone = message_stage(space, key[0], view).worst_ns
-        if ("waits", key) not in view.memo:
-            view.memo["waits", key] = _MESSAGES.recall(space, key[0], view, _message_end)
-        response = view.memo["waits", key][has_source]
+        ends = _message_ends(space, bus_of(space, key[0], view), view)
+        response = ends[key]
+        response = ends.get(lag_of(key), response) if has_source else response
     return NO_BOUND if response is None or response >= UNBOUNDED_NS else response - alone
 
 
-_MESSAGES: Recall[tuple[Exact | None, Exact | None]] = Recall(256)
+_MESSAGES: Recall[Ends] = Recall(256)
 
 
-def _message_end(space: Space, number: int, view: View) -> tuple[Exact | None, Exact | None]:
-    """The response time of a message on its bus in ns and its lag, which is that where it has none; None: no bound."""
-    is_whole = space.processing == "response_time"
-    ends = solve(resolve(space, view) if is_whole else resolve_buses(space, view, number)).ends
-    response = ends[number, "message"]
-    return response, ends.get((number, "message", "lag"), response)
+def _message_ends(space: Space, bus: int | None, view: View) -> Ends:
+    """Response times of all messages on a bus, with their lags: found together, and kept with the view."""
+    key = None if space.processing == "response_time" else bus
+    found: Ends | None = view.memo.get(("waits", key))
+    if found is None:
+        found = view.memo["waits", key] = _MESSAGES.recall(space, key, view, _ends_on)
+    return found
+
+
+def _ends_on(space: Space, bus: int | None, view: View) -> Ends:
+    """Response times of the messages on a bus; with those of threads of all buses (None), for all may have a part."""
+    return solve(resolve(space, view) if bus is None else resolve_buses(space, view, bus)).ends
 
 
 def subset_responses(space: Space, groups: Sequence[Sequence[int]], view: View) -> Ends:
