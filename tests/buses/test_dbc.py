@@ -39,7 +39,9 @@ def test_what_is_written_is_read_again(frame: str, tmp_path: Path) -> None:
     """Identifiers, sizes and cycle times; of two connections that are one message one stands."""
     path = tmp_path / "b.dbc"
     path.write_text(written(frame), encoding="utf-8")
-    read = dse.loads(dse.import_file(path, bandwidth="250 kbit/s").text).loaded.spec.connections
+    spec = dse.loads(dse.import_file(path).text).loaded.spec
+    assert [item.bandwidth for item in spec.bus_types.values()] == [(250_000,)]
+    read = spec.connections
     found = {item.identifier: (item.data_size, item.rate) for item in read.values() if item.identifier}
     stated = TEXT.replace("FRAME", frame).replace("SIZE", "8 B").replace("[2.5 ms, 4 ms]", "2.5 ms")
     messages = dse.analyse(dse.loads(stated)).messages["b"]

@@ -36,7 +36,7 @@ class _Row:
 
 
 def can_database(space: Space, design: Design, title: str) -> str:
-    """The database: each message with its identifier, length, sender and cycle time.
+    """The database: the bit rate, and each message with its identifier, length, sender and cycle time.
 
     Connections that are one message on a broadcast bus stand once. The data of a frame of several connections are a
     signal for each of them, one after the other from the first byte on; other messages have none. Cycle times are whole
@@ -52,7 +52,7 @@ def can_database(space: Space, design: Design, title: str) -> str:
     bus, frame = _bus(space, view)
     rows = list(_rows(space, bus, frame, view))
     with needed_for("A CAN database", "can"):
-        from cantools.database.can import Database, Message, Node, Signal
+        from cantools.database.can import Bus, Database, Message, Node, Signal
     nodes, names = _names(row.sender for row in rows if row.sender), _names(row.name for row in rows)
     messages = [
         Message(
@@ -71,7 +71,9 @@ def can_database(space: Space, design: Design, title: str) -> str:
         )
         for row in rows
     ]
-    database = Database(messages=messages, nodes=[Node(name) for name in nodes.values()], version=_plain(title))
+    wires = [Bus(_plain(space.buses[bus].name), baudrate=int(at(space.buses[bus].bandwidth_bps, view)))]
+    node_list = [Node(name) for name in nodes.values()]
+    database = Database(messages=messages, nodes=node_list, version=_plain(title), buses=wires)
     return str(database.as_dbc_string())
 
 
