@@ -28,7 +28,7 @@ def connection_set(text: str) -> int | None:
     Raises
     ------
     ValueError
-        where the function is unknown or the node is none, with what is wrong as its only argument.
+        where the function is unknown, or its node is none or not what it has, with what is wrong as its only argument.
 
     Examples
     --------
@@ -39,8 +39,12 @@ def connection_set(text: str) -> int | None:
         return BROADCASTS[text]
     match = OF_NODE.fullmatch(text)
     if match is None:
+        if text in FUNCTIONS:
+            raise ValueError(f"{text} is a function of each node, such as {text} of node 1")
         return None
     function, node = match[1], int(match[2])
+    if function in BROADCASTS:
+        raise ValueError(f"{function} has no node in CANopen's default connection set")
     if function not in FUNCTIONS:
         raise ValueError(f"{match[1]} is no function of CANopen's default connection set")
     if not 1 <= node <= MOST_NODE:
