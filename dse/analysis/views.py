@@ -20,14 +20,16 @@ T = TypeVar("T")
 
 
 class View:
-    """A design with a memo for intermediate results of formulas.
+    """A design (the option of each decision, by number) with a memo for intermediate results of formulas.
 
     With `groups` only these threads, by number, count in response times, each group on a core of its own; None: all do.
     """
 
     __slots__ = ("design", "groups", "memo")
 
-    def __init__(self, design: Sequence[int], groups: Sequence[Sequence[int]] | None = None) -> None:
+    def __init__(
+        self, design: Sequence[int] | Mapping[int, int], groups: Sequence[Sequence[int]] | None = None
+    ) -> None:
         self.design: Any = design
         self.groups = groups
         self.memo: dict[Any, Any] = {}

@@ -14,9 +14,11 @@ their periods (J. Y.-T. Leung and J. Whitehead, Performance Evaluation 2(4), 198
 
 from __future__ import annotations
 
+from collections import ChainMap
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from typing import Any, cast
 
 from dse.analysis.limits import HOLDS, Limit
 from dse.analysis.placement.first_fit import core_of_each
@@ -28,20 +30,6 @@ from dse.space.model.space import Design, OpenPriority, Space
 
 Latest = Mapping[int, Sequence[tuple[str, Fraction]]]
 """For each thread its limits in ns, each with its operator."""
-
-
-class _Changed(Sequence[int]):
-    """A design with some options changed."""
-
-    def __init__(self, design: Sequence[int], changes: Mapping[int, int]) -> None:
-        self.design, self.changes = design, changes
-
-    def __getitem__(self, decision: int) -> int:  # type: ignore[override]
-        changed = self.changes.get(decision)
-        return self.design[decision] if changed is None else changed
-
-    def __len__(self) -> int:
-        return len(self.design)
 
 
 @dataclass(frozen=True)
@@ -60,7 +48,8 @@ class _Core:
         limits = self.latest.get(number, ())
         if not limits:
             return True
-        view = View(_Changed(self.design, {self.free[item].index: option for item, option in options.items()}))
+        chosen = {self.free[item].index: option for item, option in options.items()}
+        view = View(ChainMap(chosen, cast(Any, self.design)))  # copies nothing: a design may note what is looked at
         response = Fraction(counted_ns(response_among(self.space, self.group, number, view, self.known)))
         return all(HOLDS[operator](response, bound) for operator, bound in limits)
 
