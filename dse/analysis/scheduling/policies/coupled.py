@@ -47,7 +47,7 @@ class OnWay(NamedTuple):
 
 
 class OnWays:
-    """What each stage of a core is behind there, and how often it comes in windows by that, as lazily as asked.
+    """The stages that each stage of a core is behind, and how often it comes in windows by that; found when asked.
 
     `behind_of` gives what a stage is behind, the nearest first. All that a stage as urgent as the window releases in it
     comes of jobs released in the window, besides those on their way when it begins.
