@@ -24,6 +24,7 @@ from dse.report.content.front.first_screen import first_page
 from dse.report.page import Table, Text
 from dse.report.words.messages import identifier_words, late_message_words
 from dse.report.words.reasons import sentences
+from dse.space.architecture.arbitration import untraded_orders
 from dse.support.errors import ProblemError
 from tests.buses.test_messages import SYNC, car_bus
 from tests.helpers.effort import cases
@@ -133,6 +134,30 @@ def test_flows_have_the_places_that_deadlines_leave() -> None:
     assert [item.name for item in dse.analyse(dse.loads(text)).messages["can0"]] == ["sync", "pdo"]
     of_pdo = text.replace("[master, sync, drive]", "[other, pdo, drive]")
     assert [item.name for item in dse.analyse(dse.loads(of_pdo)).messages["can0"]] == ["pdo", "sync"]
+
+
+STATED = """
+dse: 1
+name: a stated message on a flow
+bus_types: {can: {bandwidth: 250 kbit/s, frame: can}}
+buses: {b: {type: can}}
+devices: {sink: {}, a: {period: 10 ms}, c: {period: 10 ms}, d: {period: 10 ms}}
+connections:
+  slow: {from: a, to: sink, port: data, data_size: 8 B, bus: b, identifier: 0x600}
+  fast: {from: c, to: sink, port: data, data_size: 8 B, bus: b, identifier: any}
+  other: {from: d, to: sink, port: data, data_size: 8 B, bus: b, identifier: 0x200}
+flows: {f: {path: [a, slow, sink]}, g: {path: [c, fast, sink]}}
+objectives: [minimise jitter of f, minimise jitter of g]
+"""
+
+
+def test_a_free_message_of_a_flow_goes_before_one_with_a_number_that_is_earlier_in_the_file() -> None:
+    """It is most urgent, and does not wait for all that has lower numbers than the stated one; answers say so."""
+    problem = dse.loads(STATED)
+    assert [item.name for item in dse.analyse(problem).messages["b"]] == ["fast", "other", "slow"]
+    assert any("another order of slow, fast, which" in text for text in untraded_orders(problem.space))
+    stated = dse.loads(STATED.replace("identifier: any", "identifier: 0x100"))
+    assert not list(untraded_orders(stated.space))
 
 
 def test_the_public_cars_bus_has_an_order() -> None:

@@ -9,7 +9,7 @@ import pytest
 
 import dse
 from dse.analysis.messages.burdens import burdens
-from dse.analysis.messages.conflicts import earlier_on_flows, soonest
+from dse.analysis.messages.conflicts import earlier_on_flows, is_idler_alike, soonest
 from dse.analysis.messages.stages import bus_of, candidates_of
 from dse.analysis.scheduling.resolve import released_undelayed, resolve_buses
 from dse.analysis.scheduling.responses import NO_BOUND, message_waits_ns
@@ -30,11 +30,11 @@ def busy(space: Space, index: int) -> list[int]:
 
 
 def idler(space: Space, design: Design, rng: Random) -> Design:
-    """A design in which nothing is busier, and no message has a number that may have any in this one."""
+    """A design in which nothing is busier, no message has a number that may have any here, those of flows as here."""
     found = list(design)
     for index, option in enumerate(design):
         levels = busy(space, index)
-        if levels:
+        if levels and is_idler_alike(space, index):
             found[index] = rng.choice([one for one, level in enumerate(levels) if level <= levels[option]])
     return tuple(found)
 

@@ -43,7 +43,7 @@ def order_of(
 
     def turn(name: str) -> tuple[bool, bool, Fraction, int]:
         if on_flow[name] and rule != "deadline_monotonic":
-            return True, False, Fraction(0), -names.index(name)
+            return True, stated[name] is None, Fraction(0), -names.index(name)
         wanted = latest[name] if latest[name] is not None else periods[name]
         is_stated = stated[name] is not None and rule != "deadline_monotonic"
         return False, is_stated, -NEVER if wanted is None else -wanted, -names.index(name)

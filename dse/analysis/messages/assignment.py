@@ -56,7 +56,7 @@ class Candidate:
         """The lesser, the sooner it is made the last of those that may be; `position` is its place in the file."""
         by_deadline = rule == "deadline_monotonic"
         if self.is_on_flow and not by_deadline:
-            return True, False, 0, -position
+            return True, self.identifier is None, 0, -position
         periods = [item.period_ns for item in self.task.streams] if self.task is not None else []
         latest = self.limit_ns if self.limit_ns is not None else min(periods, default=None)
         is_stated = self.identifier is not None and not by_deadline

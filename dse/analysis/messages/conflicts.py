@@ -24,6 +24,7 @@ from dse.analysis.messages.stages import (
     identifier_range,
     is_comparable,
     is_each_alone,
+    is_on_flow,
     may_wait_for,
     message_key,
 )
@@ -226,12 +227,14 @@ def _comparable_bus(space: Space, number: int, view: View) -> int | None:
 
 
 def earlier_on_flows(space: Space, number: int, view: View) -> frozenset[int]:
-    """The messages of flows with any identifier that the rule `audsley` has before a later one of a flow, for sure.
+    """The messages of flows with any identifier that the rule `audsley` has before another one of a flow, for sure.
 
-    By their connections: those before it in the file, where it has the last place of all on flows that are left as soon
-    as no other message can have it. They are before it, too, in each design in which nothing is busier, and no message
-    has a number that may have any here: whatever is placed behind it here can be so there, and then it is in time. None
-    where it is on no flow, frames have several connections, or low numbers run short.
+    By their connections: of one with any identifier those before it in the file, of one with a stated number all, where
+    it has the last place of these and itself as soon as no message that has its turn sooner can have it. They are
+    before it, too, in each design in which nothing is busier, no message has a number that may have any here, and those
+    of flows have numbers or none as here (`is_idler_alike`): whatever is placed behind it here can be so there, and has
+    its turn sooner; then it is in time. None where it is on no flow, frames have several connections, or low numbers
+    run short.
     """
     bus = _comparable_bus(space, number, view)
     if bus is None or space.buses[bus].assignment != "audsley" or not is_each_alone(space):
@@ -240,13 +243,26 @@ def earlier_on_flows(space: Space, number: int, view: View) -> frozenset[int]:
     bit, most = identifier_range(space, bus, view)
     made = assigned(candidates, bit, most, faults=faults_on(space, bus, view))
     own = carried.index(message_key(space, number, view)[0])
-    sooner = {place for place in range(own) if candidates[place].is_on_flow}
+    free = [place for place, item in enumerate(candidates) if item.is_on_flow and item.identifier is None]
+    sooner = {place for place in free if place < own or candidates[own].identifier is not None}
     place = made.order.index(own)
     if made.stuck or not candidates[own].is_on_flow or not sooner <= {*made.order[:place]}:
         return frozenset()
     if any(item.identifier is not None and item.identifier < len(carried) for item in candidates):
         return frozenset()
-    return frozenset(carried[one] for one in sooner if candidates[one].identifier is None)
+    return frozenset(carried[one] for one in sooner)
+
+
+def is_idler_alike(space: Space, index: int) -> bool:
+    """Whether messages stay before others (`earlier_on_flows`) with a less busy option of a decision.
+
+    Not of the identifiers of messages of flows: one with any identifier has its turn later than one with a number.
+    """
+    decision = space.decisions[index]
+    if decision.field != "identifier":
+        return True
+    wires = enumerate(space.connections)
+    return not any(item.name == decision.component and is_on_flow(space, number) for number, item in wires)
 
 
 @dataclass

@@ -245,14 +245,14 @@ def candidates_of(space: Space, bus: int, view: View, released: Released) -> lis
         made = candidate_of(space, bus, number, view, tasks[number, "message"])
         limits = [limit_ns(space, bus, one, view) for one in sharing[number]]
         latest = min((limit for limit in limits if limit is not None), default=None)
-        is_on_flow = any(_is_on_flow(space, one) for one in sharing[number])
+        has_flow = any(is_on_flow(space, one) for one in sharing[number])
         identifier = at(space.connections[number].identifier, view)
         found.append(
             replace(
                 made,
                 limit_ns=latest,
                 identifier=None if identifier == ANY_IDENTIFIER else identifier,
-                is_on_flow=is_on_flow,
+                is_on_flow=has_flow,
             )
         )
     return found
@@ -269,10 +269,10 @@ def candidate_of(space: Space, bus: int, number: int, view: View, task: Task | N
         frame_numbers(space, connection, view) if connection.carried_in is not None or connection.riders else [number]
     )
     limits = [limit for one in sharing if (limit := limit_ns(space, bus, one, view)) is not None]
-    return Candidate(task, last, section, min(limits, default=None), None, _is_on_flow(space, number))
+    return Candidate(task, last, section, min(limits, default=None), None, is_on_flow(space, number))
 
 
-def _is_on_flow(space: Space, number: int) -> bool:
+def is_on_flow(space: Space, number: int) -> bool:
     """Whether a connection is a part of a flow."""
     return any(step.kind == "connection" and step.index == number for flow in space.flows for step in flow.steps)
 

@@ -20,7 +20,7 @@ from functools import partial
 from dse.analysis.latency.rows import counts_responses
 from dse.analysis.memo import looked_at
 from dse.analysis.messages.burdens import burdens, goes_first, is_settled
-from dse.analysis.messages.conflicts import Conflict, earlier_on_flows, open_identifiers, soonest
+from dse.analysis.messages.conflicts import Conflict, earlier_on_flows, is_idler_alike, open_identifiers, soonest
 from dse.analysis.scheduling.responses import message_waits_ns
 from dse.analysis.views import View
 from dse.encode.linear import OpenTerm
@@ -141,7 +141,7 @@ def _kept_conditions(space: Space, chosen: Chosen, number: int, before: frozense
         return before <= earlier_on_flows(space, number, View(trial))
 
     def idler(index: int, option: int) -> Sequence[int] | None:
-        burden = _busier(space, index, option)
+        burden = _busier(space, index, option) if is_idler_alike(space, index) else None
         return None if burden is None else [-one for one in burden]
 
     return _relaxed(chosen, view, are_before, idler)[0]

@@ -114,17 +114,18 @@ def may_be_any(wire: Connection) -> bool:
 def untraded_orders(space: Space) -> Iterator[str]:
     """The orders of messages with any identifier that are no designs, where another could be better for some flow.
 
-    A clause for each bus on which a rule places several messages of the flows that are asked about.
+    A clause for each bus with several messages of the flows that are asked about, of which a rule places some.
     """
     asked = [item.metric for item in space.requirements] + [item.metric for item in space.objectives]
     flows = frozenset(name for metric in asked for name in flows_in(space, metric))
     steps = [step for flow in space.flows if flow.name in flows for step in flow.steps if step.kind == "connection"]
     wires = [space.connections[number] for number in dict.fromkeys(step.index for step in steps)]
-    placed = [wire for wire in wires if may_be_any(wire) and not _is_carried(wire)]
+    sent = [wire for wire in wires if not _is_carried(wire)]
     is_counted = space.profile == "dse" and space.bus_queuing == "counted"
     for number, bus in enumerate(space.buses if is_counted else ()):
-        names = [wire.name for wire in placed if number in carriers(space.buses, wire)]
-        if len(names) > 1 and "priority" in set(leaves(bus.arbitration)):
+        here = [wire for wire in sent if number in carriers(space.buses, wire)]
+        names = [wire.name for wire in here]
+        if len(names) > 1 and any(map(may_be_any, here)) and "priority" in set(leaves(bus.arbitration)):
             yield (
                 f"messages with any identifier on {bus.name} have the order that the rule {bus.assignment} gives: "
                 f"designs with another order of {first_of(names, MOST_SHOWN)}, which could trade between "

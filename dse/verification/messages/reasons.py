@@ -15,7 +15,7 @@ from dse.analysis.latency.rows import counts_responses
 from dse.analysis.limits import Limit, judge
 from dse.analysis.memo import looked_at
 from dse.analysis.messages.burdens import burdens, goes_first, is_settled
-from dse.analysis.messages.conflicts import Conflict, earlier_on_flows, open_identifiers, soonest
+from dse.analysis.messages.conflicts import Conflict, earlier_on_flows, is_idler_alike, open_identifiers, soonest
 from dse.analysis.scheduling.responses import message_waits_ns, with_threads
 from dse.analysis.views import View
 from dse.space.model.arrivals import CyclicActivation
@@ -181,7 +181,7 @@ def _wait_box(
         return kept <= earlier_on_flows(space, number, View(given))
 
     def idler(decision: int) -> Sequence[int] | None:
-        busy = compared(decision)
+        busy = compared(decision) if is_idler_alike(space, decision) else None
         return None if busy is None else [-one for one in busy]
 
     box = _widened(design, holds, compared)[0]
