@@ -1,6 +1,6 @@
 """Chains of threads on a core (docs/semantics.md, section 4.9), in whole ms: nothing of the product's analysis is here.
 
-Connections take no time here, so that nothing breaks a window.
+Connections take no time here, so that only what a callback group has begun breaks a window.
 """
 
 from __future__ import annotations
@@ -67,20 +67,22 @@ class Stream(NamedTuple):
         return max(0, (job - 1) * self.comes.period - self.comes.late)
 
 
-def longest(own: Stream, rivals: Sequence[Stream], blocked: int, *, own_over: bool, counted: Stream) -> int:
+def longest(
+    own: Stream, rivals: Sequence[Stream], blocked: int, *, own_over: bool, counted: Stream, tail: int = 0
+) -> int:
     """The greatest time from a release of `counted` to the end of `own` over the jobs of the busy period.
 
-    It is `LATE` without a bound. With `own_over` an earlier job has ended at the release of the next one.
+    It is `LATE` without a bound. With `own_over` an earlier job has ended at the release of the next one, and a `tail`.
     """
     every = [each for each in (own, *rivals) if each.comes.most is None]
     load = sum((Fraction(each.work, each.comes.period) for each in every), Fraction(0))
-    latest = max([blocked, *(each.comes.late for each in every)])
+    latest = max([blocked, tail, *(each.comes.late for each in every)])
     if load > 1 or latest >= LATE // 2 or (load == 1 and latest):
         return LATE
 
     def ends(job: int, ended: int, release: int | None = None) -> int:
         end = 1
-        while (need := blocked + job * own.work + sum(each.came(end, ended, release) for each in rivals)) > end:
+        while (need := blocked + tail + job * own.work + sum(each.came(end, ended, release) for each in rivals)) > end:
             end = need
             if end > MOST_MS:
                 return LATE
@@ -93,7 +95,7 @@ def longest(own: Stream, rivals: Sequence[Stream], blocked: int, *, own_over: bo
             return LATE
         for release in {soonest, *(at for each in rivals for at in each.looks(job - 1, soonest) if at < latest)}:
             end = ends(job, job - 1, release)
-            ran = (job - 1) * own.work if own_over else 0
+            ran = tail + (job - 1) * own.work if own_over else 0
             ran += sum(each.came(end, job - 1, release) for each in rivals if each.is_over) if own_over else 0
             found = max(found, end - max(release, counted.soonest(job), ran))
         if ends(job, job) <= own.soonest(job + 1) or (load == 1 and latest > MOST_MS // 2):
@@ -102,8 +104,10 @@ def longest(own: Stream, rivals: Sequence[Stream], blocked: int, *, own_over: bo
 
 
 Row: TypeAlias = tuple[int, ...]
-Rivals: TypeAlias = Callable[[Row], tuple[list[int], list[Stream], int]]
-"""Gives rivals, what else goes first, and blocking."""
+Given: TypeAlias = tuple[list[int], list[Stream], int, list[int]]
+"""Rivals, what else goes first, blocking, and what a callback group may have begun."""
+Rivals: TypeAlias = Callable[[Row], Given]
+"""Gives what goes before the threads of a row."""
 
 
 class OnCore:
@@ -194,17 +198,17 @@ class OnCore:
         last one that often, and once for each job of that, behind another one that does no more often than that one.
         What `is_own`, the first of the window, comes once or as ever.
         """
-        found = Comes(self.period[item], chains.jitter[item])
+        found = self.comes_inside(item, chains)
         limits, behind, reach = list[int](), list[int](), list[int]()
-        for before in self._all_before(item, level):
-            by, earlier = self._on_way(before, item, chains)
-            if self.levels[before] > self.levels[level] and by is not None and (by == 1 or not is_own):
-                limits.append(by)
-            if before in ends[-1:] and earlier is not None:
-                behind.append(earlier)
-                if self.is_settled[ends[0]]:
-                    chain = self.chain(item)
-                    reach.append(chains.jitter[ends[0]] + chains.least(chain[chain.index(ends[0]) : -1]))
+        most = self._most(item, level, chains)
+        if most is not None and (most == 1 or not is_own):
+            limits.append(most)
+        earlier = self._besides(item, level, ends[-1], chains) if ends else None
+        if earlier is not None:
+            behind.append(earlier)
+            if self.is_settled[ends[0]]:
+                chain = self.chain(item)
+                reach.append(chains.jitter[ends[0]] + chains.least(chain[chain.index(ends[0]) : -1]))
         sender = self._before(item, level)
         if sender is not None and self.levels[sender] <= self.levels[level]:
             found = self.comes(sender, level, chains, ends=ends, is_own=is_own)
@@ -212,6 +216,38 @@ class OnCore:
             behind += [] if found.behind is None else [found.behind]
             reach += [] if found.reach is None else [found.reach]
         return Comes(found.period, found.late, *(min(each, default=None) for each in (limits, behind, reach)))
+
+    def _most(self, item: int, level: int, chains: Chains) -> int | None:
+        """The most jobs of a thread in a window of a level, of those that are on their way as it begins."""
+        found = list[int]()
+        for before in self._all_before(item, level):
+            by, earlier = self._on_way(before, item, chains)
+            if self.levels[before] > self.levels[level]:
+                found += [] if by is None else [by]
+            elif earlier is not None and (up := self._most(before, level, chains)) is not None:
+                found.append(up + earlier)
+        return min(found, default=None)
+
+    def _besides(self, item: int, level: int, last: int, chains: Chains) -> int | None:
+        """The most jobs of a thread in a window besides one for each job of its last thread that has ended."""
+        found = list[int]()
+        for before in self._all_before(item, level):
+            earlier = self._on_way(before, item, chains)[1]
+            up = 0 if before == last else None
+            if up is None and self.levels[before] <= self.levels[level]:
+                up = self._besides(before, level, last, chains)
+            found += [] if up is None or earlier is None else [up + earlier]
+        return min(found, default=None)
+
+    def comes_inside(self, item: int, chains: Chains, begun: Sequence[int] = ()) -> Comes:
+        """How often a thread comes: as the first of those of its executor that release each other, none of it begun."""
+        first = item
+        while self.homes[item] and self.is_plain[first] and first in self.source:
+            before = self.source[first]
+            if self.homes[before] is not self.homes[item] or not self.is_plain[before] or before in begun:
+                break
+            first = before
+        return Comes(self.period[first], chains.jitter[first])
 
     def _all_before(self, item: int, level: int) -> list[int]:
         """What comes before a thread in its chain, on its core, where all are settled as what the window is of."""
@@ -294,12 +330,12 @@ class OnCore:
         self,
         number: int,
         chains: Chains,
-        given: tuple[list[int], list[Stream], int],
+        given: Given,
         *,
         counted: Stream | None = None,
     ) -> int:
         """From a release (as is `counted`) to the end of a thread, some of whose rivals may be over."""
-        rivals, first, blocked = given
+        rivals, first, blocked, _ = given
         over = self.over(number, chains)
         found = []
         for comes in self.cases((number,), number, chains):
@@ -308,10 +344,12 @@ class OnCore:
             found.append(longest(own, [*every, *first], blocked, own_over=bool(over), counted=counted or own))
         return max(found)
 
-    def _window(
-        self, row: Row, counted: Stream | None, chains: Chains, given: tuple[list[int], list[Stream], int]
-    ) -> int:
-        rivals, first, blocked = given
+    def _window(self, row: Row, counted: Stream | None, chains: Chains, given: Given) -> int:
+        rivals, first, blocked, begun = given
+        if begun:
+            sections = max((self.section[item] for item in self._less_urgent(row)), default=0)
+            as_rivals = ([*rivals, *begun], first, sections, list[int]())
+            return min(self._broken(row, counted, chains, given), self._window(row, counted, chains, as_rivals))
         level = max(row, key=lambda item: self.levels[item])
         has_ended = chains.has_ended(row[0], row[-1])
         over = [item for item in rivals if has_ended and self._is_over(item, row, chains)]
@@ -323,6 +361,32 @@ class OnCore:
             every += [Stream(self.cost[item], comes[row[0]]) for item in row[:in_turn]]
             found.append(longest(own, every, blocked, own_over=has_ended, counted=counted or own))
         return max(found)
+
+    def _broken(self, row: Row, counted: Stream | None, chains: Chains, given: Given) -> int:
+        """The window of a row of which a callback group may begin something less urgent before each thread."""
+        rivals, first, blocked, begun = given
+        has_ended = chains.has_ended(row[0], row[-1])
+        over = [item for item in rivals if has_ended and self._is_over(item, row, chains)]
+        comes = self.comes_inside(row[0], chains, begun)
+        every = [Stream(self.cost[item], self.comes_inside(item, chains, begun), item in over) for item in rivals]
+        every += first
+        whole = Stream(sum(self.cost[item] for item in row), comes)
+        begins, tail = counted or whole, sum(self.cost[item] for item in row[1:])
+        alone = longest(Stream(tail, Comes(MOST_MS, 0, 1)), every, blocked, own_over=False, counted=Stream(0, comes))
+        if has_ended and alone <= self.period[row[0]] - chains.jitter[row[0]] - chains.least(list(row)):
+            tail = 0
+        found = [longest(whole, every, len(row) * blocked, own_over=True, counted=begins, tail=tail)]
+        if not has_ended:
+            last = Stream(self.cost[row[-1]] + (len(row) - 1) * blocked, comes)
+            before = [Stream(self.cost[item], comes) for item in row[:-1]]
+            found.append(longest(last, [*before, *every], blocked, own_over=False, counted=begins))
+        return max(found)
+
+    def _less_urgent(self, row: Row) -> list[int]:
+        """What is less urgent than all of a row, on its core."""
+        level = max(self.levels[item] for item in row)
+        here = [item for item in range(len(self.cost)) if self.cores[item] == self.cores[row[0]]]
+        return [item for item in here if self.levels[item] > level]
 
     def _in_turn(self, row: Row) -> int:
         """The place of the first thread of a row that is less urgent than all behind it, where later jobs wait."""

@@ -10,7 +10,7 @@ from fractions import Fraction
 from functools import partial
 from typing import Any
 
-from tests.helpers.thread_chains import Comes, OnCore, Stream
+from tests.helpers.thread_chains import Comes, Given, OnCore, Stream
 from tests.helpers.thread_executors import LATE, MOST_MS, Chains, InExecutor, goes_first, supplied
 
 PERIODS = (4, 5, 6, 8, 10, 12, 15, 20)
@@ -78,8 +78,8 @@ class Settled:
             known, self.chains.windows, self.chains.lags = fresh, windows, lags
         return [LATE] * len(known)
 
-    def _rivals(self, row: Sequence[int]) -> tuple[list[int], list[Stream], int]:
-        """What goes before some thread of a row, what does so besides threads, and the longest section of the rest."""
+    def _rivals(self, row: Sequence[int]) -> Given:
+        """What goes before some thread of a row, and the longest section of the rest."""
         levels, cores = self.levels[0], self.choice["cores"]
         level = max(levels[item] for item in row)
         here = [item for item in range(len(levels)) if cores[item] == cores[row[0]] and item not in row]
@@ -91,7 +91,7 @@ class Settled:
         sections += [self.cost[item] for item in begun]
         rivals = [item for item in urgent if self.threads[item]["reservation"] is None and self.cost[item]]
         before = [Stream(work, Comes(*often)) for work, *often in _before_all(self.kind, homes, None)]
-        return rivals, before, max(sections, default=0)
+        return rivals, before, max(sections, default=0), begun
 
     def _may_have_begun(self, row: Sequence[int], here: Sequence[int]) -> list[int]:
         """The less urgent threads in the callback group of the least urgent OS thread of a row, if it has one."""
@@ -114,7 +114,7 @@ class Settled:
     def _response(self, number: int, chains: Chains) -> int:
         cases = self.chains.cases((number,), number, chains)
         if self.threads[number]["executor"]:
-            cases = [[Comes(every, late) for every, late in zip(self.period, chains.jitter, strict=True)]]
+            cases = [[self.chains.comes_inside(item, chains) for item in range(len(self.period))]]
         here = [number, *self._rivals([number])[0]]
         if self.chains.over(number, chains) or any(comes[item].has_limit for comes in cases for item in here):
             return self.chains.single(number, chains, self._rivals([number]))

@@ -65,8 +65,12 @@ def draw_whole_system(seed: int) -> str:
     lines += ["devices:", *system.devices, "  sink: {}"]
     lines += ["threads:", *system.threads(rng.uniform(0.3, 0.9))]
     lines += ["connections:", *system.connections] if system.connections else []
+    goals = ["price"]
+    if counts:
+        lines += ["metrics:", *(f"  end_{name}: response time of {name}" for name in system.names)]
+        goals = [f"end_{name}" for name in system.names]
     lines += ["flows:", *system.flows] if system.flows else []
-    return "\n".join([*lines, "objectives: [minimise price]", ""])
+    return "\n".join([*lines, f"objectives: [{', '.join(f'minimise {goal}' for goal in goals)}]", ""])
 
 
 @dataclass
@@ -138,6 +142,11 @@ class _System:
         else:
             extra = rng.choice(("", f", latency: 0 ms .. {rng.choice((1, 4, 12))} ms"))
         self.connections.append(f"  c{len(self.connections)}: {{{ends}{extra}}}")
+
+    @property
+    def names(self) -> list[str]:
+        """The names of the threads."""
+        return [item.name for item in self.all_threads]
 
     def threads(self, load: float) -> list[str]:
         """The lines of all threads, where they use so much of each core."""

@@ -7,7 +7,7 @@ it is the timer that may begin one; its callback is in none, and in no line.
 from __future__ import annotations
 
 from bisect import bisect_left
-from collections.abc import Iterator, Sequence
+from collections.abc import Container, Iterator, Sequence
 from fractions import Fraction
 from itertools import combinations_with_replacement
 from typing import TYPE_CHECKING
@@ -64,6 +64,20 @@ class Chains:
         before = self._before[name]
         return [name] if before is None else [*self.chain(before[0]), name]
 
+    def head_inside(self, job: Job, beyond: Container[Job]) -> Job:
+        """The first of the threads of an executor that release each other at once up to one; none of those `beyond`."""
+        home, first = self.known.reading.executor_of(job[0]), job
+        may_be = self.known.windows.successors.may_be_in_window
+        while home is not None and may_be(first):
+            sender = self.sender(first[0])
+            before: Job = (sender or "", "timer")
+            if sender is None or self.way(first[0]) or self.known.reading.executor_of(sender) != home:
+                break
+            if before in beyond or not may_be(before):
+                break
+            first = before
+        return first
+
     def ends_before(self, first: str, last: str) -> bool:
         """Whether a chain that begins with one thread, or before it, has ended at another whenever it begins again."""
         chain = self.chain(last)
@@ -93,7 +107,14 @@ class Chains:
     # What is over
 
     def behind_the_rest(
-        self, job: Job, first: Sequence[Job], rest: Sequence[Job], outside: Sequence[Work], *, in_order: bool
+        self,
+        job: Job,
+        first: Sequence[Job],
+        rest: Sequence[Job],
+        outside: Sequence[Work],
+        blocked: int,
+        *,
+        in_order: bool,
     ) -> Fraction | None:
         """The response time where what never waits while a job does is over; None without a bound.
 
@@ -103,7 +124,7 @@ class Chains:
         if not any(self.never_meet(other, job) for other in (*first, *rest)):
             return None
         times = self.known.times
-        begun = max((times(other)[1] for other in rest if not self.never_meet(other, job)), default=0)
+        begun = max([blocked, *(times(other)[1] for other in rest if not self.never_meet(other, job))])
         over = max((times(other)[1] for other in rest if self.never_meet(other, job)), default=0)
         found = [self._behind(job, first, outside, (begun, 0), in_order=in_order)]
         if over:
@@ -115,7 +136,7 @@ class Chains:
     ) -> Fraction | None:
         """The response time behind something that has `begun`, of another chain or of its own."""
         jobs = (job, *first)
-        given = [(self.known.releases(other), self.known.times(other)[1]) for other in jobs]
+        given = [(self.known.coming(other), self.known.times(other)[1]) for other in jobs]
         inside = [(releases, work) for releases, work in given if releases is not None]
         if len(inside) < len(given) or has_no_end([*inside, *outside], sum(begun)):
             return None
@@ -124,13 +145,13 @@ class Chains:
 
     # Lines
 
-    def in_lines(self, job: Job, fellows: Sequence[Job], outside: Sequence[Work]) -> Fraction | None:
+    def in_lines(self, job: Job, fellows: Sequence[Job], outside: Sequence[Work], blocked: int = 0) -> Fraction | None:
         """The response time in the order of arrival where each thread is in a line; None where one is in none."""
         lines = self._lines([job, *(other for other in fellows if self.known.times(other)[1])])
         if lines is None:
             return None
         own = None if piece_of(job) is None else job[0]
-        work = Fraction(self.known.times(job)[1])
+        work = Fraction(self.known.times(job)[1] + blocked)
         for line in lines:
             waiting = [other for other in line if other[0] != own and not self.never_meet(other, job)]
             work += max((self.known.times(other)[1] for other in waiting), default=0)
@@ -142,7 +163,7 @@ class Chains:
         here = {job[0] for job in jobs if job[1] == "timer"}
         groups: dict[str, list[Job]] = {}
         for job in jobs:
-            if job[1] == "callback" or self.known.releases(job) is None:
+            if job[1] == "callback" or self.known.coming(job) is None:
                 return None
             chain = [name for name in self.chain(job[0]) if name in here]
             groups.setdefault(job[0] if piece_of(job) is not None else chain[0], []).append(job)

@@ -71,7 +71,7 @@ class Pieces:
         """When such jobs come, and their work; None where one may be late without a bound."""
         found = []
         for job in jobs:
-            releases, work = self.scheduling.releases(job), self.scheduling.times(job)[1]
+            releases, work = self.scheduling.coming(job), self.scheduling.times(job)[1]
             if work and releases is None:
                 return None
             if work and releases is not None:

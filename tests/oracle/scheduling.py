@@ -8,7 +8,7 @@ again until nothing changes.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Container, Iterator, Sequence
 from fractions import Fraction
 from itertools import count
 from math import ceil
@@ -229,18 +229,21 @@ class Scheduling:
             return None
         preempting += shares
         found = []
+        less = [other for other in here if other not in [*fellows, *outside]]
+        blocked = 0 if executor is None else max((self.section(other[0]) for other in less), default=0)
         if before is not None:
-            begun = max((self.times(other)[1] for other in rest), default=0)
+            begun = max([blocked, *(self.times(other)[1] for other in rest)])
             if not has_no_end([*before, *preempting], begun):
                 found.append(play_inside(before, preempting, begun, in_order=kind == "fifo"))
-            found.append(self.chains.behind_the_rest(job, first, rest, preempting, in_order=kind == "fifo"))
-        if kind == "polling" and not shares_level and self.releases(job) is not None:
-            found.append(self._in_rounds(job, fellows, preempting))
-        if kind == "fifo" and not shares_level:
-            found.append(self.chains.in_lines(job, fellows, preempting))
+            found.append(self.chains.behind_the_rest(job, first, rest, preempting, blocked, in_order=kind == "fifo"))
+        if kind == "polling" and not shares_level and self.coming(job) is not None:
+            found.append(self._in_rounds(job, fellows, preempting, blocked))
+        cuts = any(self.section(each[0]) for each in [job, *fellows])
+        if kind == "fifo" and not shares_level and not (preempting and cuts):
+            found.append(self.chains.in_lines(job, fellows, preempting, blocked))
         return min((each for each in found if each is not None), default=None)
 
-    def _in_rounds(self, job: Job, fellows: Sequence[Job], preempting: Sequence[Any]) -> Fraction | None:
+    def _in_rounds(self, job: Job, fellows: Sequence[Job], preempting: Sequence[Any], blocked: int) -> Fraction | None:
         """A round for each job that waits, in which everything in the executor runs once, and part of one that runs.
 
         Of that either the job itself has begun, or all that goes first is yet to come once more.
@@ -255,12 +258,12 @@ class Scheduling:
             for each in fellows
             if not self.has_turn_before(each[0], job[0]) and not self.has_turn_before(job[0], each[0])
         )
-        work += unknown + max(certain, self.times(job)[1])
+        work += unknown + max(certain, self.times(job)[1]) + blocked
         return play(Releases(()), work, preempting)
 
     def _known(self, jobs: Sequence[Job]) -> list[tuple[Releases, int]] | None:
         """When jobs come, and their work; None where one may be late without a bound."""
-        given = [(self.releases(job), self.times(job)[1]) for job in jobs]
+        given = [(self.coming(job), self.times(job)[1]) for job in jobs]
         known = [(releases, work) for releases, work in given if releases is not None]
         return known if len(known) == len(given) else None
 
@@ -289,7 +292,7 @@ class Scheduling:
         budget, period = self._budget(home)
         outside = [other for other in self.cores[self.core(job)] if self.reading.reservation_of(other[0]) is None]
         given = [
-            (self.releases(other), self.times(other)[1])
+            (self.coming(other), self.times(other)[1])
             for other in outside
             if self.times(other)[1] and self.goes_before(other, job)
         ]
@@ -375,6 +378,15 @@ class Scheduling:
         return (1, NS_PER_S / rate) if rate else (2, Fraction(0))
 
     # What releases jobs
+
+    def coming(self, job: Job, beyond: Container[Job] = ()) -> Releases | None:
+        """When jobs come in a busy window in which all of their executor runs but those `beyond`; None as below.
+
+        What others of the executor release at once comes as the first of these do.
+        """
+        first = self.chains.head_inside(job, beyond)
+        begins = None if first == job else self.releases(first)
+        return self.releases(job) if begins is None else Releases(begins.streams)
 
     def releases(self, job: Job) -> Releases | None:
         """None where they may be late without a bound."""

@@ -164,7 +164,7 @@ class Successors:
         The core may leave the window for less urgent threads between `parts`; None where it does so for each job. What
         `is_own`, the first of the window, comes once or as ever.
         """
-        found, most = self.known.releases(job), list[int]()
+        found, most = self.known.coming(job), list[int]()
         sender = self._at_once_behind(job, level)
         if sender is not None and self._runs(sender, level):
             up = self.comes(sender, level, parts, is_own=is_own)

@@ -198,13 +198,20 @@ class Windows:
         return self.single(job, [other for other in here if self.known.goes_before(other, job)], shares, begins)
 
     def _window(self, row: Row, counted: Releases | None = None) -> Fraction | None:
-        """The longest to the end of the last of a row; from the release of the first, or as is `counted`."""
+        """The longest to the end of the last of a row; from the release of the first, or as is `counted`.
+
+        What is less urgent in the group of the level has begun, or is a rival: the lesser of both.
+        """
+        ways = [self._window_where(row, counted, in_group=in_group) for in_group in (True, False)]
+        return min((each for each in ways if each is not None), default=None)
+
+    def _window_where(self, row: Row, counted: Releases | None, *, in_group: bool) -> Fraction | None:
         known = self.known
         jobs: list[Job] = [(name, "timer") for name in row]
         beside = [other for other in known.beside(jobs[0]) if other not in jobs and known.times(other)[1]]
         rivals = [other for other in beside if any(self._goes_before(other, job) for job in jobs)]
         level = self._level(jobs, beside)
-        begun = [other for other in rivals if self._may_have_begun(other, level, beside)]
+        begun = [each for each in rivals if in_group and self._may_have_begun(each, level, [*beside, *jobs])]
         rivals = [other for other in rivals if other not in begun]
         sections = [known.section(other[0]) for other in beside if not self._goes_before(other, level)]
         blocked = Fraction(max([0, *sections, *(known.times(other)[1] for other in begun)]))
@@ -215,7 +222,10 @@ class Windows:
         over = {other for other in rivals if ends and self._is_past(other, row)}
         found = []
         cases = self.successors.cases(jobs[0], level, jobs[-1], rivals)
-        if breaks:
+        if begun:  # a job of these ends in each piece, whenever it was released
+            coming = {other: known.coming(other, begun) for other in rivals}
+            cases = iter([Case(known.coming(jobs[0], begun), coming, {})])
+        elif breaks:
             cases = iter([self.successors.broken(jobs[0], level, rivals, 1 + len(breaks) if ends else None)])
         for case in cases:
             given = self._given(case, over)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import random
 from collections.abc import Mapping, Sequence
 from fractions import Fraction
 
@@ -13,7 +14,9 @@ from dse.space.model.space import Design
 from dse.space.model.trees import consulted
 from dse.space.size import space_size
 from dse.support.errors import TooLargeError
+from tests.helpers import chained_callbacks
 from tests.helpers.effort import cases
+from tests.helpers.whole_systems import draw_whole_system
 from tests.oracle import evaluator as oracle
 from tests.oracle.generator import random_problem
 from tests.oracle.reading import NO_BOUND_NS, Reading
@@ -51,6 +54,23 @@ def test_a_random_problem(size: str, seed: int) -> None:
 def test_random_chains(seed: int) -> None:
     """Jitter, lags and flows of one design each: docs/semantics.md, section 4.9."""
     figures_agree(Pair(chained.draw(seed)), most=NO_BOUND_NS)
+
+
+@pytest.mark.parametrize("seed", cases(100))
+def test_random_whole_systems(seed: int) -> None:
+    """Chains through executors of all kinds, cores and a bus, one design each."""
+    figures_agree(Pair(draw_whole_system(seed)), most=NO_BOUND_NS)
+
+
+@pytest.mark.parametrize("seed", cases(200))
+def test_random_callbacks(seed: int) -> None:
+    """Chains of callbacks in executors that share a core, one design each: sections 4.6 and 4.9."""
+    core = chained_callbacks.draw(random.Random(f"callbacks {seed}"))
+    names = [item.name for item in core.callbacks]
+    more = ["metrics:", *(f"  end_{name}: response time of {name}" for name in names), chained_callbacks.flows_of(core)]
+    more += ["overload: allowed", f"objectives: [{', '.join(f'minimise end_{name}' for name in names)}]"]
+    text = chained_callbacks.text_of(core, more="\n".join(more))
+    figures_agree(Pair(text), most=NO_BOUND_NS)
 
 
 def test_lags_of_drawn_chains_are_mostly_no_response_times() -> None:

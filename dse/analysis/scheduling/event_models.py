@@ -31,13 +31,15 @@ class EventModels:
         ends: Ends,
         chains: Iterable[ChainKey] = (),
         *,
+        heads: Mapping[TaskKey, TaskKey] | None = None,
         is_plain: bool = False,
     ) -> None:
         """With `is_plain` all times are mere numbers: equal releases of a stage make the same task, one object.
 
-        Of `chains` the ends are looked at, too.
+        Of `chains` the ends are looked at, too. In windows stages come no more often than their `heads`.
         """
         self.stages, self.ends, self.is_plain = stages, ends, is_plain
+        self.heads = {} if heads is None else heads
         self._chains: dict[TaskKey, list[ChainKey]] = {}
         for chain in chains:
             self._chains.setdefault((chain[0], "thread"), []).append(chain)
@@ -96,6 +98,11 @@ class EventModels:
         if streams is None:
             return _late_task(stage)
         return _shared_task(stage, streams) if self.is_plain else _task_of(stage, streams)
+
+    def in_window(self, key: TaskKey) -> Task | None:
+        """The stage as what a busy window counts in which all of its executor runs; None where it has no bound."""
+        task, head = self.task(key), self.heads.get(key)
+        return task if head is None or self.streams(head) is None else self.released_as(key, head)
 
     def released_as(self, key: TaskKey, first: TaskKey) -> Task | None:
         """A stage as a job that is released when another one is; None where that comes without a bound."""

@@ -9,11 +9,11 @@ there (`dse.analysis.scheduling.policies`), until nothing rises any more.
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from copy import copy
 from dataclasses import dataclass, field
 from fractions import Fraction
-from functools import cached_property, partial
+from functools import cached_property, partial, reduce
 from typing import Any, TypeAlias
 
 from dse.analysis.scheduling.busy_window import Stream, Task, TaskKey, is_plain
@@ -26,7 +26,7 @@ from dse.analysis.scheduling.policies.buses import Arbitrated, OnBus
 from dse.analysis.scheduling.policies.chains import Chain, chains_in
 from dse.analysis.scheduling.policies.preemptive import Preempted
 from dse.analysis.scheduling.policies.segments import Segments, Spans
-from dse.analysis.scheduling.policies.successions import Succession, is_prioritised, sources_in
+from dse.analysis.scheduling.policies.successions import Succession, heads_in, is_prioritised, sources_in
 from dse.support.timelimit import look_at_the_clock
 from dse.support.units import Exact
 
@@ -142,6 +142,7 @@ class Rounds:
         self.ends |= {lag_of(key): self.ends[key] for key in self.lagging}
         self.paired = paired_in(system)
         self.ends |= {(key[0], key[0], "joined"): self.ends[key] for key in self.paired}
+        self.heads = heads_in(system)
         self.chains = chains_in(system)
         for resource, found in zip(system.resources, self.chains, strict=True):
             keys = [entry.key for entry in resource.entries]
@@ -162,7 +163,7 @@ class Rounds:
         """Read what releases each stage; where times are mere numbers what is found of them is kept."""
         self.is_plain = is_plain
         keys = [chain.key for found in self.chains for chain in found]
-        self.events = EventModels(self.system.stages, self.ends, keys, is_plain=is_plain)
+        self.events = EventModels(self.system.stages, self.ends, keys, heads=self.heads, is_plain=is_plain)
         self.segments = Segments(self.events, self.system.resources, self.spans)
         self._before: list[list[Task | None] | None] = [None] * len(self.system.resources)
 
@@ -171,7 +172,7 @@ class Rounds:
         self.count, changed = self.count + 1, False
         look_at_the_clock()
         for number, resource in enumerate(self.system.resources):
-            tasks, earlier = [self.events.task(entry.key) for entry in resource.entries], self._before[number]
+            tasks, earlier = [self.events.in_window(entry.key) for entry in resource.entries], self._before[number]
             counted = [*tasks, *(self._source_of(entry.key) for entry in resource.entries if entry.key in self.sources)]
             succession = Succession(self.events, resource)
             related = succession.has_relatives or succession.has_coupled
@@ -205,14 +206,13 @@ class Rounds:
         """Raise the end of a chain; whether it rose."""
         if self.ends[chain.key] is None:
             return False
-        window = chains.window_of(resource, chain, tasks, succession)
-        found = None if window is None else window.response_ns()
+        windows = [window for _, window in chains.windows_of(resource, chain, tasks, succession)]
+        found = _least(window.response_ns() for window in windows)
         changed = self._raise(chain.key, None if found is None else found - chain.sent_ns)
         first: TaskKey = (chain.key[1], "thread")
         if first in self.sources or first in self.paired:
-            lag = None
-            if window is not None and self.ends[chain.key] is not None:
-                lag = self._lag(window, first)
+            is_known = self.ends[chain.key] is not None
+            lag = _least(self._lag(window, first) for window in windows) if is_known else None
             key: LagKey = (*chain.key, "lag" if first in self.sources else "joined")
             changed |= self._raise(key, None if lag is None else lag - chain.sent_ns)
         return changed
@@ -302,6 +302,12 @@ class Rounds:
         return other.state()
 
 
+def _least(times: Iterable[Exact | None]) -> Exact | None:
+    """The least of some times; None where none of them is known."""
+    known = [time for time in times if time is not None]
+    return reduce(min, known) if known else None
+
+
 def paired_in(system: System) -> dict[TaskKey, Task]:
     """Releases at the pace of the slowest timer before each stage that needs all its inputs, by the stage's key.
 
@@ -388,7 +394,7 @@ class Windows:
         """With a `loss` the stages of its resource come as they were known to come then."""
         self.system = system
         self.chains = {chain.key: chain for found in chains_in(system) for chain in found}
-        self.events = EventModels(system.stages, ends, self.chains)
+        self.events = EventModels(system.stages, ends, self.chains, heads=heads_in(system))
         self.segments = Segments(self.events, system.resources, {} if spans is None else dict(spans))
         self._tasks = {} if loss is None else {id(loss.resource): list(loss.tasks)}
         self._successions: dict[int, Succession] = {}
@@ -397,7 +403,7 @@ class Windows:
         """The stages of a resource as they are released; None where one comes without a bound."""
         found = self._tasks.get(id(resource))
         if found is None:
-            found = self._tasks[id(resource)] = [self.events.task(entry.key) for entry in resource.entries]
+            found = self._tasks[id(resource)] = [self.events.in_window(entry.key) for entry in resource.entries]
         return found
 
     def of(self, resource: Resource, position: int, tasks: Sequence[Task | None] | None = None) -> Window | None:

@@ -12,13 +12,15 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
+from operator import itemgetter
 from typing import Annotated
 
 from dse.analysis.scheduling.busy_window import Task, TaskKey
-from dse.analysis.scheduling.fixed_point import Loss, Windows, paired_in
+from dse.analysis.scheduling.fixed_point import Loss, Window, Windows, paired_in
 from dse.analysis.scheduling.model import Ends, Entry, Resource, System
 from dse.analysis.scheduling.parts import Delay, Parts
 from dse.analysis.scheduling.policies import chains
+from dse.analysis.scheduling.policies.chains import Chain
 from dse.analysis.scheduling.policies.preemptive import Preempted
 from dse.analysis.scheduling.policies.successions import sources_in
 from dse.analysis.scheduling.tasks import task_name
@@ -107,25 +109,26 @@ class Waits(Windows):
         if len(part.threads) == 1 and source is None and paired is None:
             return self.of_thread(first)
         resource, position = self._place(first)
-        members: tuple[int, ...] = (position,)
-        lowest, sent = position, Fraction(0)
-        begun: tuple[int, ...] = ()
+        ways: list[tuple[Chain | None, Window | None]] = []
         if len(part.threads) == 1:
-            window = self.of(resource, position)
+            ways.append((None, self.of(resource, position)))
         else:
-            chain = self.chains[part.threads[-1], first[0]]
-            members, lowest, begun, sent = chain.members, chain.lowest, chain.begun, Fraction(chain.sent_ns)
-            window = chains.window_of(resource, chain, self.tasks(resource), self.succession(resource))
-        if not isinstance(window, Preempted):
+            whole = self.chains[part.threads[-1], first[0]]
+            ways += chains.windows_of(resource, whole, self.tasks(resource), self.succession(resource))
+        jobs = paired if source is None else self.events.source_task(source)
+        if jobs is None and (source is not None or paired is not None):
             return None
-        if source is not None or paired is not None:
-            jobs = paired if source is None else self.events.source_task(source)
-            if jobs is None:
-                return None
-            window = window.counted_from(jobs)
+        given = [(chain, window) for chain, window in ways if isinstance(window, Preempted)]
+        counted = [(chain, window if jobs is None else window.counted_from(jobs)) for chain, window in given]
+        known = [(end, chain, window) for chain, window in counted if (end := window.response_ns()) is not None]
+        if not known:
+            return None
+        _, chain, window = min(known, key=itemgetter(0))
         parts = window.parts()
         if parts is None:
             return None
+        members, begun = ((position,), ()) if chain is None else (chain.members, chain.begun)
+        lowest, sent = (position, Fraction(0)) if chain is None else (chain.lowest, Fraction(chain.sent_ns))
         own = [resource.entries[item].key for item in members]
         work = sum(self.system.stages[key].cost_ns for key in own)
         waited = window.task.worst_ns + parts.waited_ns - work - sent
@@ -168,8 +171,9 @@ class Waits(Windows):
 
     def _tasks_beside(self, resource: Resource, position: int) -> list[Task | None]:
         """The stages of a resource, the one at a position as if its thread had a bound."""
-        tasks = list(self.tasks(resource))
-        tasks[position] = self.events.bounded_task(resource.entries[position].key)
+        tasks, entry = list(self.tasks(resource)), resource.entries[position]
+        if entry.is_piece:
+            tasks[position] = self.events.bounded_task(entry.key)
         return tasks
 
     def _place(self, key: TaskKey) -> tuple[Resource, int]:

@@ -28,7 +28,7 @@ from dse.analysis.scheduling.policies.coupled import NOT_THERE
 from dse.analysis.scheduling.policies.executors import shares_level
 from dse.analysis.scheduling.policies.preemptive import Preempted, longest, present
 from dse.analysis.scheduling.policies.reservations import gaps_and_servers
-from dse.analysis.scheduling.policies.successions import MOST_THREADS, Succession, may_have_windows
+from dse.analysis.scheduling.policies.successions import MOST_THREADS, Succession, head_of, may_have_windows
 from dse.support.units import Exact
 
 MOST_ON_CORE = 256
@@ -43,10 +43,9 @@ class Chain:
     urgent one, and `rivals` are the positions of what else may go before any of them. Where that one is in a callback
     group, `begun` are the positions of what is less urgent there, of which one job may have begun. That is once for
     each piece between breaks; in a part of a design once for all, since what is less urgent in the part may be a rival
-    in the design, and come once. What they send each other takes `sent_ns` at most in all; `breaks` are the places in
-    the chain of threads that something takes time to reach, and of all behind the first where something may have begun:
-    a group takes its next job when one ends, and what that sends may be there only after it. Threads between them that
-    are left out of a part of a design take `absent_ns`.
+    in the design, and come once. What they send each other takes `sent_ns` at most in all; `sent_to` are the places in
+    the chain of threads that something takes time to reach. Threads between them that are left out of a part of a
+    design take `absent_ns`.
     """
 
     key: ChainKey
@@ -56,8 +55,21 @@ class Chain:
     begun: tuple[int, ...] = ()
     is_part: bool = False
     sent_ns: Exact = 0
-    breaks: tuple[int, ...] = ()
+    sent_to: tuple[int, ...] = ()
     absent_ns: int = 0
+
+    @property
+    def breaks(self) -> tuple[int, ...]:
+        """The places in the chain of threads before which the core may turn to something less urgent.
+
+        Those are all behind the first where something may have begun: a group takes its next job when one ends, and
+        what that sends may be there only after it.
+        """
+        return tuple(range(1, len(self.members))) if self.begun and not self.is_part else self.sent_to
+
+    def with_rivals_only(self) -> Chain:
+        """The chain as if what may have begun were rivals."""
+        return replace(self, rivals=tuple(sorted({*self.rivals, *self.begun})), begun=())
 
 
 @dataclass(frozen=True, slots=True)
@@ -115,7 +127,7 @@ def _chains(
                 break
             members.insert(0, link.position)
             links.insert(0, link)
-            chains.append(_chain(resource, tuple(members), links, is_part=is_part))
+            chains.append(_chain(resource, stages, tuple(members), links, is_part=is_part))
     return tuple(chains)
 
 
@@ -135,18 +147,20 @@ def _link(stage: Stage, positions: Mapping[TaskKey, int], absent: Mapping[TaskKe
     return None
 
 
-def _chain(resource: Resource, members: tuple[int, ...], links: Sequence[_Link], *, is_part: bool) -> Chain:
+def _chain(
+    resource: Resource, stages: Sequence[Stage], members: tuple[int, ...], links: Sequence[_Link], *, is_part: bool
+) -> Chain:
     entries = resource.entries
     lowest = _lowest(entries, members)
     rivals = set[int]().union(*(entries[position].rivals for position in members)) - set(members)
-    begun = {position for position in rivals if _may_have_begun(resource, lowest, position)}
+    working = (position for position in rivals if stages[position].cost_ns)
+    begun = {position for position in working if _may_have_begun(resource, lowest, position)}
     key = (entries[members[-1]].key[0], entries[members[0]].key[0])
-    is_broken = bool(begun) and not is_part
-    breaks = tuple(place for place, link in enumerate(links, 1) if link.sent_ns or is_broken)
+    sent_to = tuple(place for place, link in enumerate(links, 1) if link.sent_ns)
     sent = sum(link.sent_ns for link in links)
     absent_ns = sum(link.absent_ns for link in links)
     return Chain(
-        key, members, lowest, tuple(sorted(rivals - begun)), tuple(sorted(begun)), is_part, sent, breaks, absent_ns
+        key, members, lowest, tuple(sorted(rivals - begun)), tuple(sorted(begun)), is_part, sent, sent_to, absent_ns
     )
 
 
@@ -168,6 +182,19 @@ def _may_have_begun(resource: Resource, lowest: int, position: int) -> bool:
     return is_group and position not in entry.urgent
 
 
+def windows_of(
+    resource: Resource, chain: Chain, tasks: Sequence[Task | None], succession: Succession
+) -> list[tuple[Chain, Preempted]]:
+    """The busy windows each of which bounds a chain, with the chain as it is looked at.
+
+    Where something less urgent in the group of its least urgent thread may have begun, as often as the core may turn to
+    it, that may be rivals of the chain as well.
+    """
+    ways = [chain, chain.with_rivals_only()] if chain.begun else [chain]
+    found = ((way, window_of(resource, way, tasks, succession)) for way in ways)
+    return [(way, window) for way, window in found if window is not None]
+
+
 def window_of(
     resource: Resource, chain: Chain, tasks: Sequence[Task | None], succession: Succession
 ) -> Preempted | None:
@@ -183,6 +210,7 @@ def window_of(
         return None
     pieces = 1 + len(chain.breaks) if is_apart or not chain.breaks else None
     ends = chain.members[0], chain.members[-1]
+    tasks = _behind_begun(resource, chain, tasks, succession) if chain.begun and not chain.is_part else tasks
     cases = succession.cases(resource.entries[chain.lowest].key, ends, tasks, pieces)
     return longest([_window_of(resource, chain, case, succession, is_apart=is_apart) for case in cases])
 
@@ -229,6 +257,24 @@ def _window_of(
         if lone is not None and lone <= rest_ns:  # what the job before leaves, and all behind it, is over by then
             under_way_ns = 0
     return Preempted(whole, rivals, blocked_ns + way_ns, Kin(kin, under_way_ns))
+
+
+def _behind_begun(
+    resource: Resource, chain: Chain, tasks: Sequence[Task | None], succession: Succession
+) -> Sequence[Task | None]:
+    """The stages as they come in the window of a chain: behind what has begun in its group no less often than ever.
+
+    A job of that which had been released before the window may end in each piece of it.
+    """
+    events, entries = succession.events, resource.entries
+    home = entries[chain.lowest].executor
+    inside = {item.key for item in entries if item.executor == home} - {entries[item].key for item in chain.begun}
+    found = list(tasks)
+    for position, entry in enumerate(entries):
+        if entry.key in inside:
+            head = head_of(events.stages, entry.key, inside)
+            found[position] = events.task(entry.key) if head == entry.key else events.released_as(entry.key, head)
+    return found
 
 
 def _same_home(entries: Sequence[Entry], chain: Chain) -> Sequence[int]:

@@ -8,7 +8,7 @@ until then what the others' bounds rest on has held, and so its own; docs/semant
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Container, Iterable, Iterator, Mapping, Sequence
 from functools import cached_property, reduce
 from itertools import islice
 
@@ -25,7 +25,7 @@ MOST_THREADS = 32
 class Chains:
     """Which stages of an executor, or a core, never wait at the same time, as response times are known when it is made.
 
-    `keys` are the whole threads that it runs, but for callbacks of hybrid ones.
+    `keys` are the whole threads that it runs, and that take time, but for callbacks of hybrid ones.
     """
 
     def __init__(self, events: EventModels, keys: Sequence[TaskKey]) -> None:
@@ -140,7 +140,6 @@ class Succession:
     def __init__(self, events: EventModels, resource: Resource) -> None:
         self.events, self.resource = events, resource
         self._chains: dict[int, Chains] = {}
-        self._ways = OnWays(self._behind_of)
 
     def chains(self, executor: int) -> Chains:
         """The chains of one executor.
@@ -149,8 +148,9 @@ class Succession:
         """
         if executor not in self._chains:
             stages = self.events.stages
-            inside = (item.key for item in self.resource.entries if item.executor == executor)
-            self._chains[executor] = Chains(self.events, [key for key in inside if _is_whole(stages[key])])
+            inside = (stages[item.key] for item in self.resource.entries if item.executor == executor)
+            keys = [stage.key for stage in inside if stage.cost_ns and _is_whole(stage)]
+            self._chains[executor] = Chains(self.events, keys)
         return self._chains[executor]
 
     @cached_property
@@ -173,9 +173,14 @@ class Succession:
         first, last = ends[0], self.resource.entries[ends[1]].key
         return cases_in_window(self.events, self.resource, level, (first, last), tasks, self._ways, pieces)
 
-    def _behind_of(self, key: TaskKey) -> Sequence[OnWay]:
-        outside = self._outside
-        return list(behind_on_core(self.events, self.events.stages[key], outside.spans_to, outside.is_apart))
+    @cached_property
+    def _ways(self) -> OnWays:
+        events, outside = self.events, self._outside
+
+        def behind_of(key: TaskKey) -> Sequence[OnWay]:
+            return list(behind_on_core(events, events.stages[key], outside.spans_to, outside.is_apart))
+
+        return OnWays(behind_of)
 
     @cached_property
     def has_relatives(self) -> bool:
@@ -283,6 +288,39 @@ def source_of_message(stages: Mapping[TaskKey, Stage], message: Stage) -> TaskKe
     for before in _before(stages, first):
         first = before
     return first if stages[first].separation_ns is None else None
+
+
+def heads_in(system: System) -> dict[TaskKey, TaskKey]:
+    """Of stages that others of their executor release at once the first of these: they come no more often than it does.
+
+    When a busy window begins in which the executor runs none of its jobs waits, and what they have sent has come. In a
+    part of a design a stage that is left out may be in the executor (docs/semantics.md, section 4.6).
+    """
+    stages, present = system.stages, set[TaskKey]()
+    homes: dict[TaskKey, tuple[int, int]] = {}
+    for number, resource in enumerate(system.resources):
+        for entry in resource.entries:
+            present.add(entry.key)
+            if entry.executor is not None and may_have_windows(entry, stages[entry.key]):
+                homes[entry.key] = number, entry.executor
+    absent = stages.keys() - present if system.is_part else set[TaskKey]()
+    members: dict[tuple[int, int], set[TaskKey]] = {}
+    for key, home in homes.items():
+        members.setdefault(home, set(absent)).add(key)
+    found = {key: head_of(stages, key, members[home]) for key, home in homes.items()}
+    return {key: head for key, head in found.items() if head != key}
+
+
+def head_of(stages: Mapping[TaskKey, Stage], key: TaskKey, inside: Container[TaskKey]) -> TaskKey:
+    """The first of the stages that release each other at once up to one, as far as they take time and are inside."""
+    head, passed = key, {key}
+    while (link := stages[head].follows) is not None and link.after is not None and not link.most_ns:
+        before = stages[link.after]
+        if before.key in passed or not before.cost_ns or not _is_whole(before) or before.key not in inside:
+            break
+        head = before.key
+        passed.add(head)
+    return head
 
 
 def is_prioritised(entry: Entry, stage: Stage) -> bool:
