@@ -217,7 +217,9 @@ class Scheduling:
         outside = [other for other in here if other not in fellows and self.goes_before(other, job)]
         kind = self.order(job) if executor is None else self.reading.get(executor, "kind")
         first = fellows
-        shares_level = executor is not None and any(self.goes_before(job, other) for other in outside)
+        beyond = [other for other in self.beside(job) if self.reading.executor_of(other[0]) != executor]
+        equals = (each for each in beyond if self.goes_before(each, job) and self.goes_before(job, each))
+        shares_level = executor is not None and any(equals)
         if kind == "priority":
             first = [other for other in fellows if self.goes_before(other, job)]
         elif kind == "callback_group" and not shares_level:

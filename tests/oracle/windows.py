@@ -287,7 +287,7 @@ class Windows:
         executor = self._executor(job)
         if executor is None or self.known.reading.get(executor, "kind") != "callback_group":
             return False
-        outside = [other for other in beside if self._executor(other) != executor]
+        outside = [each for each in [*beside, *self.known.beside(job)] if self._executor(each) != executor]
         return not any(self.known.goes_before(other, job) and self.known.goes_before(job, other) for other in outside)
 
     def _level(self, jobs: Sequence[Job], beside: Sequence[Job]) -> Job:

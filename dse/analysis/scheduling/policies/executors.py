@@ -276,9 +276,9 @@ def beside(resource: Resource, position: int, tasks: Sequence[Task | None], succ
     working = [*(rival for rival, item in fellows.items() if item.worst_ns), position]
     has_sections = any(stages[resource.entries[item].key].has_section for item in working)
     # in lines: no earlier job of its own waits, and no section that is over has held up what preempts it
-    is_in_line = (
-        kind == "fifo" and chains.line(mine) is not None and (not higher or not (has_sections or is_level_shared))
-    )
+    is_preempted = any(item.worst_ns for item in higher)
+    is_cut = is_level_shared or (has_sections and is_preempted)
+    is_in_line = kind == "fifo" and chains.line(mine) is not None and not is_cut
     made = []
     for rival, found in fellows.items():
         other_stage = stages[resource.entries[rival].key]
