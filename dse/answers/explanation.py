@@ -49,7 +49,7 @@ class Example:
     with what goes before them on their cores, and those without a bound in flows whose limits it violates; `delayed`
     says
     who waits in these, `boundaries` are the timers that read on one clock along them. `late_messages` miss limits on
-    their response times.
+    their response times. `conditions` of valid designs it would break with the fixed decisions that it violates.
     """
 
     design: Decisions
@@ -60,6 +60,7 @@ class Example:
     boundaries: tuple[Boundary, ...] = ()
     shorter: tuple[Shorter, ...] = ()
     late_messages: tuple[LateMessage, ...] = ()
+    conditions: tuple[str, ...] = ()
 
     @property
     def broken_texts(self) -> list[str]:
@@ -109,6 +110,10 @@ OF_EXAMPLE = (
     ),
     Of("example.shorter", "Shorter times with each of which alone all that is asked holds in the example."),
     Of("example.late_messages", "The messages that end too late in the example, or wait in flows that do."),
+    Of(
+        "example.conditions",
+        "The conditions of valid designs that the example would break with the fixed decisions that it violates.",
+    ),
 )
 
 

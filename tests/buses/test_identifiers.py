@@ -496,3 +496,16 @@ def test_tables_have_the_number_of_a_message_that_takes_a_free_identifier() -> N
     ]
     assert {"any (0xff)", "0x200"} <= {cell for row in screen[0].rows for cell in row}
     assert {line.rpartition(",")[2] for line in found.to_csv().splitlines()[1:]} == {"0x200", "0xff"}
+
+
+def test_explain_says_why_no_design_has_an_identifier() -> None:
+    """0x150 is that of m3: fixed by the caller it leaves no valid design, whatever the limits."""
+    text = TRADED.replace("[0x200, any]", "[0x200, 0x150]")
+    found = dse.explain(dse.loads(text), fix=["m2.identifier = 0x150"])
+    (item,) = found.relaxations
+    assert item.example is not None
+    assert item.example.conditions == ("m2 and m3 have different identifiers",)
+    ruled = dse.loads(text + "rules: [m2.identifier == 0x200]")
+    (item, *_) = dse.explain(ruled, fix=["m2.identifier = 0x150", "can0 = slow"]).relaxations
+    assert item.example is not None
+    assert not [text for text in item.example.conditions if "==" in text]

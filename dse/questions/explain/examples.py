@@ -18,7 +18,7 @@ from dse.analysis.messages.late import late_messages
 from dse.analysis.views import View
 from dse.answers.explanation import Demand, Example
 from dse.answers.result import decisions_of
-from dse.search.feasibility.oracle import Fixed, Oracle
+from dse.search.feasibility.oracle import Fixed, Member, Oracle
 from dse.space.model.criteria import Requirement, Rule
 from dse.space.model.metric_kinds import flows_in
 from dse.space.model.space import Design, Space
@@ -106,7 +106,16 @@ class NamedDesigns:
         is_whole = all(isinstance(self.oracle.members[number], Requirement) for number in broken)
         shorter = tuple(self._mending(teller, verdicts, (*full, *late, *delayed))) if is_whole else ()
         messages = tuple(late_messages(self.space, seen, view))
-        return Example(self.decisions(design), breaks, full, late, delayed, read, shorter, messages)
+        conditions = self._conditions(design, [self.oracle.members[number] for number in broken])
+        return Example(self.decisions(design), breaks, full, late, delayed, read, shorter, messages, conditions)
+
+    def _conditions(self, design: Design, broken: Sequence[Member]) -> tuple[str, ...]:
+        """The conditions of valid designs that a design breaks with the fixed decisions among those it violates."""
+        fixed = {item.decision: item.option for item in broken if isinstance(item, Fixed)}
+        if not fixed:
+            return ()
+        structure = Evaluator(replace(self.space, fixed={}, objectives=(), requirements=(), rules=()))
+        return tuple(structure.invalid(tuple(fixed.get(at, option) for at, option in enumerate(design))))
 
     def _mending(
         self, teller: Teller, verdicts: Sequence[Verdict], wrong: Sequence[Overload | Late | Delayed]

@@ -314,10 +314,12 @@ def _tell_designs(say: _Teller, explanation: Explanation) -> None:
             say.item(f"also violated, causes not searched: {few(unseen, MOST_UNSEEN, 'demands')}", 1 + int(several))
         for overload in example.overloads:
             say.item(overload_words(overload), 1 + int(several))
-        for late in example.late:
-            say.item(late_words(late), 1 + int(several))
-        for message in example.late_messages:
-            say.item(late_message_words(message), 1 + int(several))
+        for text in (
+            *map(late_words, example.late),
+            *map(late_message_words, example.late_messages),
+            *(f"with the fixed decision it is no valid design, which needs: {text}" for text in example.conditions),
+        ):
+            say.item(text, 1 + int(several))
         for delayed in example.delayed:
             say.item(delayed_words(delayed), 1 + int(several), ROOM)
         for text in boundary_words(example.boundaries):
