@@ -230,11 +230,17 @@ class Rounds:
         return self.events.source_task(self.sources[key])
 
     def _lag(self, window: Preempted | Arbitrated, first: TaskKey) -> Exact | None:
-        """How long after the latest release of its `first` stage a window is over; None where it has no bound."""
+        """How long after the latest release of its `first` stage a window is over; None where it has no bound.
+
+        A message that is queued as its source releases has no other lag than its response time.
+        """
         jobs = self._source_of(first) if first in self.sources else self.paired[first]
-        response = window.response_ns()
+        response = self.ends[first] if isinstance(window, Arbitrated) else window.response_ns()
         if jobs is None or response is None:
             return None
+        task = window.task
+        if isinstance(window, Arbitrated) and is_plain(jobs) and is_plain(task) and jobs.streams == task.streams:
+            return response
         lag = window.counted_from(jobs).response_ns()
         return None if lag is None else min(lag, response)
 
