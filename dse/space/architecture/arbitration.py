@@ -156,7 +156,7 @@ def _check_identifiers(ledger: Ledger, models: Mapping[str, BusType], wires: Seq
         place = ("connections", wire.name, "identifier")
         for number in given:
             if number > most:
-                hint = f"{{protocol: can, identifier_bits: 29}} goes up to {MOST_IDENTIFIER:#x}" if bits == 11 else ""
+                hint = f"a frame with `identifier_bits: 29` goes up to {MOST_IDENTIFIER:#x}" if bits == 11 else ""
                 ledger.error(place, f"{number:#x} is beyond identifiers of {bits} bits ({most:#x})", hint)
         if len(given) != 1 or len(options) > 1 or len({leaf for leaf in leaves(wire.bus) if leaf is not None}) > 1:
             continue  # where there is a choice a design with one identifier twice is none
