@@ -8,12 +8,14 @@ from random import Random
 import pytest
 
 import dse
+from dse.analysis.memo import looked_at
 from dse.analysis.messages.burdens import burdens
 from dse.analysis.messages.conflicts import earlier_on_flows, is_idler_alike, soonest
 from dse.analysis.messages.stages import bus_of, candidates_of
 from dse.analysis.scheduling.resolve import released_undelayed, resolve_buses
 from dse.analysis.scheduling.responses import NO_BOUND, message_waits_ns
 from dse.analysis.views import View
+from dse.encode.messages import reasons
 from dse.space.model.space import Design, Space
 from tests.buses.test_random import front_of
 from tests.helpers.effort import cases
@@ -89,3 +91,22 @@ def test_fronts_are_those_of_all_designs(seed: int, monkeypatch: pytest.MonkeyPa
     result = dse.solve(problem)
     assert {tuple(point.objectives.values()) for point in result.front} == front_of(result.space)
     assert not dse.verify(result, problem=problem).findings
+
+
+def test_who_goes_before_a_message_in_a_design_is_found_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Each message that may go before it asks for much the same designs; what is read of one is noted each time."""
+    space = replace(dse.loads(draw_identifier_problem(3, decisions=9)).ask().space, processing="execution_time")
+    design, number = tuple(0 for _ in space.decisions), 0
+    asked = list[View]()
+
+    def counting(space: Space, number: int, view: View, before: frozenset[int]) -> object:
+        asked.append(view)
+        return soonest(space, number, view, before)
+
+    monkeypatch.setattr(reasons, "soonest", counting)
+    looks = reasons._Before(space, number, frozenset())
+    assert looks.in_design(design) == looks.in_design(design)
+    assert len(asked) == 1
+    noted = [looked_at(design, lambda whole: looks.in_design(whole.design)) for _ in range(2)]
+    assert noted[0] == noted[1] == (looks.in_design(design), noted[0][1])
+    assert len(asked) == 3 and noted[0][1]

@@ -13,7 +13,7 @@ in time: so in designs in which nothing is busier, too, which is a condition in 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from functools import partial
 
@@ -118,18 +118,38 @@ def order_conditions(
     number = term.message.number
     told: set[int] = {other for other, literal in term.before.items() if known(literal)}
     for kept in dict.fromkeys([frozenset[int](), earlier_on_flows(alone, number, view)]):
-        found = soonest(alone, number, view, kept)
+        found, looks = soonest(alone, number, view, kept), _Before(alone, number, kept)
         for other in () if found is None else sorted(found.before & term.before.keys() - told):
             told.add(other)
 
-            def is_before(trial: Sequence[int], other: int = other, kept: frozenset[int] = kept) -> bool:
-                seen = soonest(alone, number, View(trial), kept)
-                return seen is not None and other in seen.before
+            def is_before(trial: Sequence[int], other: int = other, looks: _Before = looks) -> bool:
+                return other in looks.in_design(trial)
 
             conditions: Conditions = []
             if other not in kept:
                 conditions = _relaxed(chosen, view, is_before, partial(_busier, alone))[0]
             yield [*conditions, *_kept_conditions(alone, chosen, number, kept, view)], term.before[other]
+
+
+@dataclass
+class _Before:
+    """Who goes before a message, those in `kept` among them: what is asked for several of them is found once."""
+
+    space: Space
+    number: int
+    kept: frozenset[int]
+    known: dict[tuple[int, ...], frozenset[int]] = field(default_factory=dict)
+
+    def in_design(self, design: Sequence[int]) -> frozenset[int]:
+        """The messages before it in a design; empty where it has no bound. Of one that notes what is read it is new."""
+        is_plain = isinstance(design, tuple)
+        if is_plain and (known := self.known.get(tuple(design))) is not None:
+            return known
+        seen = soonest(self.space, self.number, View(design), self.kept)
+        there = frozenset[int]() if seen is None else seen.before
+        if is_plain:
+            self.known[tuple(design)] = there
+        return there
 
 
 def _kept_conditions(space: Space, chosen: Chosen, number: int, before: frozenset[int], view: View) -> Conditions:
