@@ -62,7 +62,7 @@ class InputQueue:
 
     def __init__(self) -> None:
         self.busy = False
-        self.waiting: deque[tuple[Exact, Births, int]] = deque()
+        self.waiting: deque[tuple[Exact, Births, int, int]] = deque()
         self.not_before: Exact = 0
 
 

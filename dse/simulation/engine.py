@@ -154,8 +154,13 @@ class _SimulationRun:
         scale = lcm(low.denominator, high.denominator)
         return whole(Fraction(self.rng.randint(int(low * scale), int(high * scale)), scale))
 
-    def _release(self, task: SimulatedTask, release: Exact, births: Births, by: int | None = None) -> None:
-        """A job begins its life: it gets a core or waits for one, and reads what is there at once, or then."""
+    def _release(
+        self, task: SimulatedTask, release: Exact, births: Births, by: int | None = None, order: int | None = None
+    ) -> None:
+        """A job begins its life: it gets a core or waits for one, and reads what is there at once, or then.
+
+        Among equals it stands where its `order` puts it, that of its message, else behind all that are there.
+        """
         component, part = task.key
         if task.first == component:
             self.begun.setdefault(component, []).append(release)
@@ -169,7 +174,7 @@ class _SimulationRun:
             self._place_section(job)
             core = self._core(task.core)
             self.sequence += 1
-            if not core.add(job, self.sequence):
+            if not core.add(job, self.sequence if order is None else order):
                 self.seen.dropped[task.name] += 1
             self._reschedule(core)
             return
@@ -260,8 +265,7 @@ class _SimulationRun:
             job, core.running = core.running, None
             self._complete(job)
             core.done(job)
-        if core.running is None:
-            self._reschedule(core)
+        self._reschedule(core)
 
     def _complete(self, job: Job) -> None:
         self._read(job)  # at last: it took no time
@@ -418,7 +422,8 @@ class _SimulationRun:
             reason = "no room in its queue" if entry.busy else "sooner than its minimum separation"
             self.seen.lost[f"{task.name}: {reason}"] += 1
             return
-        entry.waiting.append((self.now, onward, number))
+        self.sequence += 1
+        entry.waiting.append((self.now, onward, number, self.sequence))
         self._serve(task)
 
     def _come(self, component: int, number: int | None) -> None:
@@ -465,7 +470,8 @@ class _SimulationRun:
             reason = "no room in its queue" if entry.busy else "sooner than its minimum separation"
             self.seen.lost[f"{task.name}: {reason}"] += 1
             return
-        entry.waiting.append((self.now, together, number))
+        self.sequence += 1
+        entry.waiting.append((self.now, together, number, self.sequence))
         self._serve(task)
 
     def _serve(self, task: SimulatedTask) -> None:
@@ -476,13 +482,13 @@ class _SimulationRun:
         if self.now < entry.not_before:
             self.at(entry.not_before, END, "wake", task)
             return
-        arrival, births, by = entry.waiting.popleft()
+        arrival, births, by, order = entry.waiting.popleft()
         # a response counts from when on only the thread itself and its core keep the message waiting
         release = max(arrival, entry.not_before)
         if task.separation_ns is not None:
             entry.not_before = self.now + task.separation_ns
         entry.busy = task.serial
-        self._release(task, release, births, by)
+        self._release(task, release, births, by, order if release == arrival else None)
 
 
 def _add_to(births: Births, more: Births) -> None:

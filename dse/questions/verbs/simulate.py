@@ -13,6 +13,7 @@ from dse.analysis.diagnosis.front_verdicts import cores_of
 from dse.analysis.evaluate import Evaluator
 from dse.analysis.latency.contributors import flow_rows
 from dse.analysis.latency.processing import is_logical
+from dse.analysis.latency.rows import counts_responses
 from dse.analysis.latency.stored_inputs import may_be_stored, takes_at_once
 from dse.analysis.measures import build_measure
 from dse.analysis.messages.stages import counted_buses
@@ -154,7 +155,8 @@ def simulate(
             _sample(plan, setting, offsets, runs, drift_ppm, record, late_only=contention or _waits(plan))
     except OutOfTime:
         is_stopped = True
-    excuses = _excuses(plan, bus_contention=bus_contention, endless_queues=endless_queues)
+    is_wider = endless_queues and not _waits_anyway(space, plan)
+    excuses = _excuses(plan, bus_contention=bus_contention, is_wider=is_wider)
     with until(limit.for_the_last_steps()):
         view = View(evaluation.design)
         flows = tuple(_flows(space, plan, record, view, excuses, drift_ppm, contention=contention))
@@ -282,11 +284,18 @@ def _messages(space: Space, plan: Plan, record: Observations, view: View) -> Ite
                 yield TaskObservation(item.name, observed, item.response_ns, is_sure)
 
 
-def _excuses(plan: Plan, *, bus_contention: bool, endless_queues: bool) -> list[str]:
+def _waits_anyway(space: Space, plan: Plan) -> bool:
+    """Whether latencies count whatever waits: response times do, where no size of a queue and no distance is stated."""
+    sizes = [*(item.queue_size for item in space.components), *(item.queue_size for item in space.connections)]
+    is_apart = any(task.separation_ns is not None for task in plan.tasks.values())
+    return counts_responses(space) and not is_apart and all(size is None for size in sizes)
+
+
+def _excuses(plan: Plan, *, bus_contention: bool, is_wider: bool) -> list[str]:
     excuses = [f"{name} alone needs more than one core" for name in plan.overloaded]
     if bus_contention and any(link.bus is not None and link.turn is None for link in plan.links):
         excuses.append("messages wait for each other on the buses, which no bound counts")
-    if endless_queues:
+    if is_wider:
         excuses.append("more data wait than the stated queue sizes admit")
     return excuses
 
