@@ -211,7 +211,8 @@ class OnCore:
                 reach.append(chains.jitter[ends[0]] + chains.least(chain[chain.index(ends[0]) : -1]))
         sender = self._before(item, level)
         if sender is not None and self.levels[sender] <= self.levels[level]:
-            found = self.comes(sender, level, chains, ends=ends, is_own=is_own)
+            up = self.comes(sender, level, chains, ends=ends, is_own=is_own)
+            found = up._replace(late=min(up.late, found.late))
             limits += [] if found.most is None else [found.most]
             behind += [] if found.behind is None else [found.behind]
             reach += [] if found.reach is None else [found.reach]
@@ -241,13 +242,13 @@ class OnCore:
 
     def comes_inside(self, item: int, chains: Chains, begun: Sequence[int] = ()) -> Comes:
         """How often a thread comes: as the first of those of its executor that release each other, none of it begun."""
-        first = item
+        first, late = item, chains.jitter[item]
         while self.homes[item] and self.is_plain[first] and first in self.source:
             before = self.source[first]
             if self.homes[before] is not self.homes[item] or not self.is_plain[before] or before in begun:
                 break
-            first = before
-        return Comes(self.period[first], chains.jitter[first])
+            first, late = before, min(late, chains.jitter[before])
+        return Comes(self.period[item], late)
 
     def _all_before(self, item: int, level: int) -> list[int]:
         """What comes before a thread in its chain, on its core, where all are settled as what the window is of."""
@@ -389,7 +390,12 @@ class OnCore:
         return [item for item in here if self.levels[item] > level]
 
     def _in_turn(self, row: Row) -> int:
-        """The place of the first thread of a row that is less urgent than all behind it, where later jobs wait."""
+        """The place of the first thread of a row that is less urgent than all behind it, where later jobs wait.
+
+        The last one where an executor may take a next job of an earlier one that nothing interrupts.
+        """
+        if any(self.homes[item] and self.section[item] for item in row[:-1]):
+            return len(row) - 1
         levels = [self.levels[item] for item in row]
         return next(place for place, level in enumerate(levels) if all(level > other for other in levels[place + 1 :]))
 

@@ -64,19 +64,19 @@ class Chains:
         before = self._before[name]
         return [name] if before is None else [*self.chain(before[0]), name]
 
-    def head_inside(self, job: Job, beyond: Container[Job]) -> Job:
-        """The first of the threads of an executor that release each other at once up to one; none of those `beyond`."""
+    def heads_inside(self, job: Job, beyond: Container[Job]) -> Iterator[Job]:
+        """The threads of an executor that release each other at once up to one, the nearest first; none `beyond`."""
         home, first = self.known.reading.executor_of(job[0]), job
         may_be = self.known.windows.successors.may_be_in_window
         while home is not None and may_be(first):
             sender = self.sender(first[0])
             before: Job = (sender or "", "timer")
             if sender is None or self.way(first[0]) or self.known.reading.executor_of(sender) != home:
-                break
+                return
             if before in beyond or not may_be(before):
-                break
+                return
+            yield before
             first = before
-        return first
 
     def ends_before(self, first: str, last: str) -> bool:
         """Whether a chain that begins with one thread, or before it, has ended at another whenever it begins again."""

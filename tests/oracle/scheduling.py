@@ -21,7 +21,7 @@ from .chains import Chains
 from .pieces import Pieces, piece_of
 from .problem import as_list
 from .quantities import NS_PER_S
-from .stretches import Releases, has_no_end, kept_apart, play, play_inside
+from .stretches import Releases, earliest, has_no_end, kept_apart, play, play_inside
 from .successors import Case
 from .windows import Windows, greatest
 
@@ -386,9 +386,11 @@ class Scheduling:
 
         What others of the executor release at once comes as the first of these do.
         """
-        first = self.chains.head_inside(job, beyond)
-        begins = None if first == job else self.releases(first)
-        return self.releases(job) if begins is None else Releases(begins.streams)
+        found = self.releases(job)
+        for other in self.chains.heads_inside(job, beyond):
+            begins = self.releases(other)
+            found = found if begins is None else earliest(begins, found)
+        return found
 
     def releases(self, job: Job) -> Releases | None:
         """None where they may be late without a bound."""

@@ -132,6 +132,17 @@ MOMENT = Fraction(1, 10**12)
 """How much sooner than what waits for it something has begun, in ns."""
 
 
+def earliest(begins: Releases, own: Releases | None) -> Releases:
+    """Jobs that come no more often than others that begin so, nor than they do themselves; None: late without a bound.
+
+    Each stream of theirs is one of the others.
+    """
+    if own is None or [period for period, _ in own.streams] != [period for period, _ in begins.streams]:
+        return Releases(begins.streams)
+    pairs = zip(begins.streams, own.streams, strict=True)
+    return Releases(tuple((period, min(one, other)) for (period, one), (_, other) in pairs))
+
+
 def play_inside(
     inside: Sequence[tuple[Releases, int]], outside: Sequence[tuple[Releases, int]], begun: int, *, in_order: bool
 ) -> Fraction | None:

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from .pieces import distance
 from .problem import as_list
-from .stretches import Releases
+from .stretches import Releases, earliest
 
 if TYPE_CHECKING:
     from .scheduling import Job, Scheduling
@@ -168,7 +168,7 @@ class Successors:
         sender = self._at_once_behind(job, level)
         if sender is not None and self._runs(sender, level):
             up = self.comes(sender, level, parts, is_own=is_own)
-            found = None if up is None else Releases(up.streams)  # whatever the least distance of the sender
+            found = None if up is None else earliest(up, found)  # whatever the least distance of the sender
             most += [up.most or 1] if up is not None and (up.most or not up.streams) else []
         number = self._most(job, level, parts)
         if number is not None and (number == 1 or not is_own):

@@ -269,7 +269,9 @@ class Windows:
         """
         times = [Fraction(self.known.times((name, "timer"))[1]) for name in row]
         jobs: list[Job] = [(name, "timer") for name in row]
-        begin = next((at for at in range(len(row)) if not breaks and self._goes_first_nowhere(jobs, at)), len(row) - 1)
+        cut = any(self._executor(job) is not None and self.known.section(job[0]) for job in jobs[:-1])
+        turns = (at for at in range(len(row)) if not breaks and not cut and self._goes_first_nowhere(jobs, at))
+        begin = next(turns, len(row) - 1)
         work = sum(times[begin:], sum(self._ways(row), Fraction(0))) + len(breaks) * blocked
         before = [Rival(own, time) for time in times[:begin]]
         return self._longest(own, counted, work, [*first, *before], ends=False, begun=blocked)

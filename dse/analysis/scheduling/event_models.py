@@ -31,7 +31,7 @@ class EventModels:
         ends: Ends,
         chains: Iterable[ChainKey] = (),
         *,
-        heads: Mapping[TaskKey, TaskKey] | None = None,
+        heads: Mapping[TaskKey, Sequence[TaskKey]] | None = None,
         is_plain: bool = False,
     ) -> None:
         """With `is_plain` all times are mere numbers: equal releases of a stage make the same task, one object.
@@ -101,15 +101,22 @@ class EventModels:
 
     def in_window(self, key: TaskKey) -> Task | None:
         """The stage as what a busy window counts in which all of its executor runs; None where it has no bound."""
-        task, head = self.task(key), self.heads.get(key)
-        return task if head is None or self.streams(head) is None else self.released_as(key, head)
+        heads = self.heads.get(key, ())
+        return self.released_as(key, heads) if heads else self.task(key)
 
-    def released_as(self, key: TaskKey, first: TaskKey) -> Task | None:
-        """A stage as a job that is released when another one is; None where that comes without a bound."""
-        streams = self.streams(first)
-        if streams is None:
-            return None
-        return (_shared_task if self.is_plain else _task_of)(self.stages[key], streams)
+    def released_as(self, key: TaskKey, heads: Iterable[TaskKey]) -> Task | None:
+        """A stage that comes no more often than some others, nor than ever; None where none of them has a bound."""
+        found: Streams = None
+        for one in (key, *heads):
+            streams = self.streams(one)
+            if found is None or streams is None:
+                found = streams if found is None else found
+            else:
+                pairs = zip(found, streams, strict=True)
+                found = tuple(Stream(old.period_ns, min(old.jitter_ns, new.jitter_ns)) for old, new in pairs)
+        if found is None:
+            return _late_task(self.stages[key])
+        return (_shared_task if self.is_plain else _task_of)(self.stages[key], found)
 
     def leaving(self, key: TaskKey) -> Streams:
         """The streams at which the jobs of a stage end; None when their jitter has no bound."""

@@ -28,7 +28,7 @@ from dse.analysis.scheduling.policies.coupled import NOT_THERE
 from dse.analysis.scheduling.policies.executors import shares_level
 from dse.analysis.scheduling.policies.preemptive import Preempted, longest, present
 from dse.analysis.scheduling.policies.reservations import gaps_and_servers
-from dse.analysis.scheduling.policies.successions import MOST_THREADS, Succession, head_of, may_have_windows
+from dse.analysis.scheduling.policies.successions import MOST_THREADS, Succession, heads_of, may_have_windows
 from dse.support.units import Exact
 
 MOST_ON_CORE = 256
@@ -239,7 +239,10 @@ def _window_of(
     way_ns = len(chain.breaks) * (lowest.blocking_ns if chain.is_part else blocked_ns) + chain.sent_ns
     meeting: Preempted | None = None
     if not is_apart:
-        place = len(own) - 1 if chain.breaks else _first_in_turn(entries, chain.members)
+        has_section = (succession.events.stages[entries[item].key].has_section for item in chain.members[:-1])
+        in_executor = (entries[item].executor is not None for item in chain.members[:-1])
+        is_cut = any(one and other for one, other in zip(has_section, in_executor, strict=True))
+        place = len(own) - 1 if chain.breaks or is_cut else _first_in_turn(entries, chain.members)
         in_turn_ns = sum(item.worst_ns for item in own[place:]) + chain.absent_ns + way_ns
         meeting = Preempted(replace(own[-1], worst_ns=cast(int, in_turn_ns)), (*own[:place], *rivals), blocked_ns)
         if not chain.breaks:
@@ -272,8 +275,8 @@ def _behind_begun(
     found = list(tasks)
     for position, entry in enumerate(entries):
         if entry.key in inside:
-            head = head_of(events.stages, entry.key, inside)
-            found[position] = events.task(entry.key) if head == entry.key else events.released_as(entry.key, head)
+            heads = heads_of(events.stages, entry.key, inside)
+            found[position] = events.released_as(entry.key, heads) if heads else events.task(entry.key)
     return found
 
 

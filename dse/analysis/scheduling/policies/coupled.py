@@ -169,7 +169,7 @@ def cases_in_window(
             continue
         stage = events.stages[entry.key]
         passed, less_urgent = _up_to_head(events.stages, stage, stated.priority)
-        comes = task if len(passed) == 1 else events.released_as(stage.key, passed[-1].key)
+        comes = task if len(passed) == 1 else events.released_as(stage.key, [one.key for one in passed[1:]])
         most = ways.most(entry.key, stated.priority, pieces)
         is_once = most == 1 and pieces == 1
         if is_once:

@@ -290,8 +290,8 @@ def source_of_message(stages: Mapping[TaskKey, Stage], message: Stage) -> TaskKe
     return first if stages[first].separation_ns is None else None
 
 
-def heads_in(system: System) -> dict[TaskKey, TaskKey]:
-    """Of stages that others of their executor release at once the first of these: they come no more often than it does.
+def heads_in(system: System) -> dict[TaskKey, list[TaskKey]]:
+    """The others of their executor that release stages at once, one after the other: these come no more often.
 
     When a busy window begins in which the executor runs none of its jobs waits, and what they have sent has come. In a
     part of a design a stage that is left out may be in the executor (docs/semantics.md, section 4.6).
@@ -307,20 +307,21 @@ def heads_in(system: System) -> dict[TaskKey, TaskKey]:
     members: dict[tuple[int, int], set[TaskKey]] = {}
     for key, home in homes.items():
         members.setdefault(home, set(absent)).add(key)
-    found = {key: head_of(stages, key, members[home]) for key, home in homes.items()}
-    return {key: head for key, head in found.items() if head != key}
+    found = {key: heads_of(stages, key, members[home]) for key, home in homes.items()}
+    return {key: heads for key, heads in found.items() if heads}
 
 
-def head_of(stages: Mapping[TaskKey, Stage], key: TaskKey, inside: Container[TaskKey]) -> TaskKey:
-    """The first of the stages that release each other at once up to one, as far as they take time and are inside."""
-    head, passed = key, {key}
-    while (link := stages[head].follows) is not None and link.after is not None and not link.most_ns:
+def heads_of(stages: Mapping[TaskKey, Stage], key: TaskKey, inside: Container[TaskKey]) -> list[TaskKey]:
+    """The stages inside that release each other at once up to one, the nearest first, as far as they take time."""
+    heads = list[TaskKey]()
+    while (link := stages[heads[-1] if heads else key].follows) is not None and link.after is not None:
         before = stages[link.after]
-        if before.key in passed or not before.cost_ns or not _is_whole(before) or before.key not in inside:
+        if link.most_ns or not before.cost_ns or not _is_whole(before) or before.key not in inside:
             break
-        head = before.key
-        passed.add(head)
-    return head
+        if before.key == key or before.key in heads:
+            break
+        heads.append(before.key)
+    return heads
 
 
 def is_prioritised(entry: Entry, stage: Stage) -> bool:
