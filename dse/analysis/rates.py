@@ -11,9 +11,9 @@ from typing import Literal, NamedTuple, TypeAlias
 from dse.analysis.views import View
 from dse.space.architecture.joins import ALL, LATEST
 from dse.space.model.arrivals import Arrivals, CyclicActivation, arrivals_of
-from dse.space.model.kinds import POLLING
 from dse.space.model.space import Component, Connection, Space
 from dse.space.model.trees import NotOffered, at, leaves
+from dse.spec.kinds import POLLING
 from dse.support.graphs import shortest_cycle, strong_components
 from dse.support.units import Exact
 

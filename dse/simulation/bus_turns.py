@@ -8,8 +8,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from dse.simulation.readings import FaultFigures, PlanFigures, Range
-from dse.space.model.kinds import Arbitration
 from dse.space.model.space import Space
+from dse.spec.kinds import Arbitration
 
 
 @dataclass(frozen=True)

@@ -12,9 +12,9 @@ from typing import Any, Literal, TypeAlias
 
 from dse.simulation.bus_turns import BusTurn, bus_turn_of
 from dse.simulation.readings import ComponentFigures, Phase, PlanFigures, Range, read_figures
-from dse.space.model.kinds import ExecutorKind
 from dse.space.model.space import Design, Space
 from dse.space.question.metrics import all_disparities
+from dse.spec.kinds import ExecutorKind
 from dse.support.units import Exact
 
 NS_PER_S = 10**9

@@ -9,9 +9,9 @@ from typing import Any, TypeAlias
 
 from dse.space.architecture.clocks import AT_RELEASE
 from dse.space.architecture.frames import Frame, ethernet_frames_ns, wire_ns
-from dse.space.model.kinds import Arbitration, ExecutorKind
 from dse.space.model.space import Component, Connection, Design, Interference, Space, at_home
 from dse.space.model.trees import FROM_BANDWIDTH, PerProcessorType, at
+from dse.spec.kinds import Arbitration, ExecutorKind
 from dse.support.units import Exact
 
 Range: TypeAlias = tuple[Exact, Exact]

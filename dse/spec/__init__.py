@@ -6,6 +6,7 @@ Read `schema/model.py` first (the keys of the file), then `loading/load.py` (the
 * `loading/`: YAML with places, includes, validation, all mistakes at once.
 * `language/`: the grammar of requirements, objectives, derived metrics and rules.
 * `quantities/`: the stated quantities by their paths, and their roundings.
+* `kinds.py`: what executors and buses may be, by the names that files give them.
 
 Not allowed here: resolving names between sections, decisions, formulas; those belong to `space` and `analysis`. Values
 are read with their unit once, here, as integers or exact fractions.

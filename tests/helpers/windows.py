@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from dse.analysis.scheduling.busy_window import Task
 from dse.analysis.scheduling.policies.executors import Fellow, Queued
-from dse.space.model.kinds import ExecutorKind
+from dse.spec.kinds import ExecutorKind
 from dse.support.units import Exact
 
 

@@ -17,8 +17,8 @@ from dse.analysis.views import View
 from dse.examples.shipped import example_path
 from dse.questions.problem import load, loads
 from dse.search.front import SearchLimits, search_front
-from dse.space.model.kinds import ExecutorKind
 from dse.space.model.space import INACTIVE
+from dse.spec.kinds import ExecutorKind
 from dse.support.errors import ProblemError
 from tests.helpers.effort import cases
 from tests.helpers.support import brute_front, raw_designs, space_of

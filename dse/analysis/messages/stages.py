@@ -34,9 +34,9 @@ from dse.analysis.views import View
 from dse.space.architecture.arbitration import is_one_message
 from dse.space.architecture.carriers import carriers
 from dse.space.architecture.frames import frame_at, last_frame_ns
-from dse.space.model.kinds import Arbitration
 from dse.space.model.space import EMPTY, Bus, Connection, Space, at_home
 from dse.space.model.trees import at, leaves
+from dse.spec.kinds import Arbitration
 from dse.spec.schema.fields import ANY_IDENTIFIER
 from dse.support.units import Exact, picked
 

@@ -15,7 +15,7 @@ from dataclasses import dataclass, field
 from typing import Literal, NamedTuple, TypeAlias
 
 from dse.analysis.scheduling.busy_window import Stream, Task, TaskKey
-from dse.space.model.kinds import Arbitration, ExecutorKind
+from dse.spec.kinds import Arbitration, ExecutorKind
 from dse.support.units import Exact
 
 ChainKey: TypeAlias = tuple[int, int]

@@ -11,11 +11,11 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 
 from dse.space.architecture.carriers import carriers
-from dse.space.model.kinds import Arbitration
 from dse.space.model.metric_kinds import flows_in
 from dse.space.model.space import EMPTY, UNKNOWN_TYPE, Bus, Connection, Space
 from dse.space.model.trees import leaves
 from dse.space.properties import Ledger, type_choice
+from dse.spec.kinds import Arbitration
 from dse.spec.schema.fields import ANY_IDENTIFIER, MOST_IDENTIFIER
 from dse.spec.schema.frames import CanFdFrame, CanFrame, EthernetFrame
 from dse.spec.schema.hardware import BusType

@@ -10,11 +10,11 @@ from typing import Any
 from dse.space.architecture.clocks import AT_RELEASE
 from dse.space.architecture.processors import read_named
 from dse.space.architecture.segments import accelerator
-from dse.space.model.kinds import POLLING
 from dse.space.model.space import Component, Executor, Processor, Reservation
 from dse.space.model.trees import Choice, Tree, graft, leaves
 from dse.space.properties import FieldReader, Ledger, Owner
 from dse.space.question.open_cores import check_core, cores_named, the_core, where_there_is_one
+from dse.spec.kinds import POLLING
 from dse.spec.schema.model import Spec
 from dse.support.units import format_duration, shown
 

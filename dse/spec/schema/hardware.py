@@ -6,6 +6,7 @@ from typing import Annotated, Any, Literal, TypeAlias
 
 from pydantic import Discriminator, Tag, WithJsonSchema
 
+from dse.spec.kinds import StatedArbitration
 from dse.spec.schema.fields import Cores, Count, Items, Line, Name, Options, Respelt, describe, field_error
 from dse.spec.schema.frames import FrameType
 from dse.spec.schema.parts import ReadBy, SpecMapping
@@ -147,7 +148,7 @@ Demands: TypeAlias = Annotated[
 ]
 
 
-Arbitration: TypeAlias = Annotated[Literal["priority", "fifo", "round_robin", "none"], Respelt()]
+Arbitration: TypeAlias = Annotated[StatedArbitration, Respelt()]
 """Which of the messages that wait for a bus goes next."""
 
 

@@ -10,6 +10,7 @@ from typing import Annotated, Any, Literal, TypeAlias
 
 from pydantic import BeforeValidator, Discriminator, Field, Tag, WithJsonSchema
 
+from dse.spec import kinds
 from dse.spec.schema.fields import (
     Carrier,
     Core,
@@ -67,7 +68,7 @@ from dse.spec.schema.resources import Partition as Partition
 from dse.spec.schema.resources import ResourceBudget as ResourceBudget
 
 Protocol: TypeAlias = Literal["periodic", "aperiodic", "sporadic", "hybrid"]
-ExecutorKind: TypeAlias = Annotated[Literal["fifo", "callback_group", "wait_set", "polling"], Respelt()]
+ExecutorKind: TypeAlias = Annotated[kinds.ExecutorKind, Respelt()]
 Communication: TypeAlias = Annotated[Literal["implicit", "at_dispatch", "let"], Respelt()]
 Join: TypeAlias = Literal["any", "all"]
 Pairing: TypeAlias = Literal["fifo", "latest"]

@@ -54,7 +54,7 @@ from dse.analysis.scheduling.parts import Parts, before_job, counted
 from dse.analysis.scheduling.policies.executor_work import EndlessError, Work, jobs_by, until_end
 from dse.analysis.scheduling.policies.reservations import gaps_and_servers
 from dse.analysis.scheduling.policies.successions import Succession, longest_of_each
-from dse.space.model.kinds import ExecutorKind
+from dse.spec.kinds import ExecutorKind
 from dse.support.units import Exact
 
 
