@@ -1,4 +1,7 @@
-"""Growth that is followed in one step, against the same rounds one by one."""
+"""Growth that is followed in one step, against the same rounds one by one.
+
+Messages take a moment, for what is released at once in an executor grows no further than what releases it.
+"""
 
 from __future__ import annotations
 
@@ -29,7 +32,7 @@ threads:
   t0: {executor: e, compute_execution_time: 3 ms, period: 6 ms}
   t1: {executor: e, compute_execution_time: TIME, dispatch_protocol: periodic, period: 20 ms}
   t2: {executor: e, compute_execution_time: 2 ms, dispatch_protocol: aperiodic}
-connections: {w0: {from: s, to: t0}, w1: {from: t0, to: t1}, w2: {from: t0, to: t2}}
+connections: {w0: {from: s, to: t0}, w1: {from: t0, to: t1}, w2: {from: t0, to: t2, latency: 1 ns}}
 flows: {f: {path: [s, t0, t2], latency: 100 ms}}
 requirements: [response time of t2 <= 20 ms]
 objectives: [minimise latency of f]
@@ -95,7 +98,7 @@ def drawn(seed: int) -> str:
         time = max(10, int(share * periods[number] * 1000)) // 100 * 100 + rng.choice((0, 1, 2, 10, 30))
         dispatch = "aperiodic" if source is not None else f"periodic, period: {periods[number]} ms"
         if source is not None:
-            wires.append(f"w{number}: {{from: t{source}, to: t{number}}}")
+            wires.append(f"w{number}: {{from: t{source}, to: t{number}, latency: 1 ns}}")
         threads.append(
             f"t{number}: {{executor: e{host}, compute_execution_time: {time} us, dispatch_protocol: {dispatch}}}"
         )
