@@ -27,7 +27,7 @@ MOST_WORK = 0.05
 """The work (`dse.search.solver.settings`) at other cores for all designs of a front together."""
 MOST_PAIRS = 10_000
 """With more pairs of threads that may share a processor, in both orders, other cores are not looked for: the model has
-something to say of each pair, and is made in a second for this number."""
+something to say of each pair, where deadlines count on each core, and is made in a second or two for this number."""
 GRACE_S = 0.3
 """A search that took all of its time leaves this much for a first look: most fronts need less."""
 
@@ -79,14 +79,15 @@ def _judged(counted: Space, designs: Mapping[str, Design], own: TimeLimit, cores
 
 
 def _pairs(space: Space) -> int:
-    """How many pairs of threads may share a processor, in both orders."""
+    """How many pairs of threads may share a processor, in both orders; with deadlines of all, for each of its cores."""
     homes = Counter(
         number
         for item in space.components
         if item.processor is not None
         for number in {leaf for leaf in leaves(item.processor) if leaf is not None}
     )
-    return sum(count**2 for count in homes.values())
+    cores = {number: max(leaves(item.cores)) for number, item in enumerate(space.processors)}
+    return sum(count**2 * (cores[number] if space.deadlines == "all" else 1) for number, count in homes.items())
 
 
 def _elsewhere(jury: CoreJury, others: OtherCores, design: Design, own: Contended) -> Contended:

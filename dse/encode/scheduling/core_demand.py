@@ -71,9 +71,14 @@ def work_of(
     demand: CoreDemand, point: int, worst: Callable[[Thread], int], by_share: Collection[Rate]
 ) -> Iterator[tuple[int, int]]:
     """The work in ns that counts until a time, at least, for each literal of a demand; `by_share` are such rates."""
+    jobs: dict[int, int | Fraction] = {}  # by the object of a rate: most literals share one
+    times: dict[int, int] = {}
     for pair, rate, thread in demand.urgent:
-        jobs = jobs_within(point, rate) if rate not in by_share else point * rate / NS_PER_S
-        yield pair, int(worst(thread) * jobs)
+        if id(rate) not in jobs:
+            jobs[id(rate)] = jobs_within(point, rate) if rate not in by_share else point * rate / NS_PER_S
+        if thread.number not in times:
+            times[thread.number] = worst(thread)
+        yield pair, int(times[thread.number] * jobs[id(rate)])
     for thread, pair in demand.members:
         yield pair, worst(thread)
 

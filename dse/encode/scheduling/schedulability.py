@@ -106,6 +106,10 @@ class Rows:
         timers = {rate for thread in self.threads for _, rate in thread.modes if rate is not None}
         self.steady = sorted(timers)
         self._pairs: dict[int, list[dict[int, int]]] = {}
+        self._rounded: dict[int, list[Turn]] = {}
+        self._here: dict[tuple[int, int], Turns] = {}
+        self._literals: dict[int, Any] = {}
+        self._may_succeed: dict[tuple[int, int], bool] = {}
         busy = {thread.number for thread in self.threads if self.always_works(thread)}
         numbers = {thread.number for thread in self.threads}
         before = {number: numbers.intersection(before_in_chain(space, number)) for number in numbers}
@@ -124,7 +128,9 @@ class Rows:
 
     def literal(self, index: int) -> Any:
         """The solver's literal of an index; below 0 its negation."""
-        return literal_of(self.model, index)
+        if index not in self._literals:
+            self._literals[index] = literal_of(self.model, index)
+        return self._literals[index]
 
     def steady_rate(self, rate: Rate) -> Rate:
         """The highest rate of a timer that is not above a rate; 0 below all."""
@@ -132,15 +138,22 @@ class Rows:
 
     def here(self, thread: Thread, core: int) -> Turns:
         """For each turn of a thread the literals of its having it on a core."""
-        found: Turns = {}
-        for index, order, rate in self._turns(thread):
-            pair = self._pair(thread, core).get(index)
-            if pair is not None:
-                found.setdefault((order, rate), []).append(pair)
+        found = self._here.get((thread.number, core))
+        if found is None:
+            found = self._here[thread.number, core] = {}
+            for index, order, rate in self._turns(thread):
+                pair = self._pair(thread, core).get(index)
+                if pair is not None:
+                    found.setdefault((order, rate), []).append(pair)
         return found
 
     def _turns(self, thread: Thread) -> list[Turn]:
         """The turns of a thread, rates rounded down to steady ones; of unlisted rates those of its timer."""
+        if thread.number not in self._rounded:
+            self._rounded[thread.number] = self._made_turns(thread)
+        return self._rounded[thread.number]
+
+    def _made_turns(self, thread: Thread) -> list[Turn]:
         if thread.turns is not None:
             return [(index, order, self.steady_rate(rate)) for index, order, rate in thread.turns]
         if thread.rates is not None:
@@ -288,14 +301,17 @@ class Rows:
 
         Where the two may come one after the other in a chain only timers do, if a timer releases both.
         """
-        if not may_succeed(self.space, owner.number, other.number):
+        pair = owner.number, other.number
+        if pair not in self._may_succeed:
+            self._may_succeed[pair] = may_succeed(self.space, *pair)
+        if not self._may_succeed[pair]:
             return self.here(other, core)
         found: Turns = {}
         timed = {index for index, _, rate in _timed(owner) if rate is not None}
         for index, order, rate in _timed(other) if literal in timed else ():
-            pair = self._both(other, core, index) if rate is not None else None
-            if pair is not None and rate is not None:
-                found.setdefault((order, rate), []).append(pair)
+            both = self._both(other, core, index) if rate is not None else None
+            if both is not None and rate is not None:
+                found.setdefault((order, rate), []).append(both)
         return found
 
     def _alone(self, core: int, thread: Thread, pair: int, latest: int) -> CoreDemand:
