@@ -241,7 +241,10 @@ class OnCore:
         return min(found, default=None)
 
     def comes_inside(self, item: int, chains: Chains, begun: Sequence[int] = ()) -> Comes:
-        """How often a thread comes: as the first of those of its executor that release each other, none of it begun."""
+        """The releases of a thread in a window: no more than of those of its executor that release each other up to it.
+
+        Threads that may have begun before the window, `begun`, and those before them are left out.
+        """
         first, late = item, chains.jitter[item]
         while self.homes[item] and self.is_plain[first] and first in self.source:
             before = self.source[first]
@@ -384,7 +387,7 @@ class OnCore:
         return max(found)
 
     def _less_urgent(self, row: Row) -> list[int]:
-        """What is less urgent than all of a row, on its core."""
+        """The threads of a core that are less urgent than each of some threads there."""
         level = max(self.levels[item] for item in row)
         here = [item for item in range(len(self.cost)) if self.cores[item] == self.cores[row[0]]]
         return [item for item in here if self.levels[item] > level]

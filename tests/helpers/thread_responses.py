@@ -79,7 +79,7 @@ class Settled:
         return [LATE] * len(known)
 
     def _rivals(self, row: Sequence[int]) -> Given:
-        """What goes before some thread of a row, and the longest section of the rest."""
+        """The threads and reservations that go before some thread of a row, and how long the rest may block it."""
         levels, cores = self.levels[0], self.choice["cores"]
         level = max(levels[item] for item in row)
         here = [item for item in range(len(levels)) if cores[item] == cores[row[0]] and item not in row]

@@ -36,6 +36,19 @@ class Rival(NamedTuple):
     behind: Behind | None = None
 
 
+class Begun(NamedTuple):
+    """A busy window of a row of threads: when these come, and what the time to their end is counted from.
+
+    Besides, what goes first, how long something else may have begun before, and before which places in the row again.
+    """
+
+    own: Releases
+    counted: Releases
+    rivals: Sequence[Rival]
+    blocked: Fraction
+    breaks: Sequence[int]
+
+
 class Windows:
     """How long chains of a design take, None without a bound.
 
@@ -232,37 +245,21 @@ class Windows:
             if given is None or case.own is None:
                 return None
             given += _others(known.shares(level) or ())
-            begins = counted or case.own
+            window = Begun(case.own, counted or case.own, given, blocked, breaks)
             if ends or breaks:
-                found.append(self._ended(row, case.own, begins, given, blocked, breaks))
+                found.append(self._ended(row, window))
             if not ends:
-                found.append(self._behind(row, case.own, begins, given, blocked, breaks))
+                found.append(self._behind(row, window))
         return greatest(found)
 
-    def _ended(
-        self,
-        row: Row,
-        own: Releases,
-        counted: Releases,
-        first: Sequence[Rival],
-        blocked: Fraction,
-        breaks: Sequence[int],
-    ) -> Fraction | None:
+    def _ended(self, row: Row, case: Begun) -> Fraction | None:
         """Of a row that has ended whenever it is released again."""
         ways, work = self._ways(row), Fraction(sum(self.known.times((name, "timer"))[1] for name in row))
-        begun = sum(ways, Fraction(0)) + (1 + len(breaks)) * blocked
-        tail = self._tail(row, first, blocked, breaks)
-        return self._longest(own, counted, work, first, ends=True, begun=begun, tail=tail)
+        begun = sum(ways, Fraction(0)) + (1 + len(case.breaks)) * case.blocked
+        tail = self._tail(row, case)
+        return self._longest(case.own, case.counted, work, case.rivals, ends=True, begun=begun, tail=tail)
 
-    def _behind(
-        self,
-        row: Row,
-        own: Releases,
-        counted: Releases,
-        first: Sequence[Rival],
-        blocked: Fraction,
-        breaks: Sequence[int],
-    ) -> Fraction | None:
+    def _behind(self, row: Row, case: Begun) -> Fraction | None:
         """Of the last threads of a row as if all of it came at once, and those before these went first.
 
         The last threads begin with the first that goes before none that follows; with breaks that is only the last.
@@ -270,11 +267,12 @@ class Windows:
         times = [Fraction(self.known.times((name, "timer"))[1]) for name in row]
         jobs: list[Job] = [(name, "timer") for name in row]
         cut = any(self._executor(job) is not None and self.known.section(job[0]) for job in jobs[:-1])
-        turns = (at for at in range(len(row)) if not breaks and not cut and self._goes_first_nowhere(jobs, at))
+        turns = (at for at in range(len(row)) if not case.breaks and not cut and self._goes_first_nowhere(jobs, at))
         begin = next(turns, len(row) - 1)
-        work = sum(times[begin:], sum(self._ways(row), Fraction(0))) + len(breaks) * blocked
-        before = [Rival(own, time) for time in times[:begin]]
-        return self._longest(own, counted, work, [*first, *before], ends=False, begun=blocked)
+        work = sum(times[begin:], sum(self._ways(row), Fraction(0))) + len(case.breaks) * case.blocked
+        before = [Rival(case.own, time) for time in times[:begin]]
+        rivals = [*case.rivals, *before]
+        return self._longest(case.own, case.counted, work, rivals, ends=False, begun=case.blocked)
 
     def _executor(self, job: Job) -> str | None:
         return self.known.reading.executor_of(job[0])
@@ -320,14 +318,14 @@ class Windows:
             return self.chains.ends_before(name, row[-1])
         return row[-1] in self.chains.chain(name) and self.chains.ends_before(row[0], name)
 
-    def _tail(self, row: Row, rivals: Sequence[Rival], blocked: Fraction, breaks: Sequence[int]) -> Fraction:
+    def _tail(self, row: Row, case: Begun) -> Fraction:
         """What may be left of an earlier job that is on its way when the busy period begins."""
-        if not breaks:
+        if not case.breaks:
             return Fraction(0)
-        tail = Fraction(sum(self.known.times((name, "timer"))[1] for name in row[breaks[0] :]))
-        alone = (Releases(()), blocked + tail)
-        is_endless = has_no_end([alone, *((each.releases, each.work) for each in rivals)], 0)
-        ends = None if is_endless else self._least(blocked + tail, rivals)
+        tail = Fraction(sum(self.known.times((name, "timer"))[1] for name in row[case.breaks[0] :]))
+        alone = (Releases(()), case.blocked + tail)
+        is_endless = has_no_end([alone, *((each.releases, each.work) for each in case.rivals)], 0)
+        ends = None if is_endless else self._least(case.blocked + tail, case.rivals)
         releases, takes = self.known.releases((row[0], "timer")), self.bound(row)
         most = None if releases is None else distance(releases)
         if ends is None or takes is None or (most is not None and ends > most - takes):

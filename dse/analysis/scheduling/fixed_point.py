@@ -9,11 +9,11 @@ there (`dse.analysis.scheduling.policies`), until nothing rises any more.
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from copy import copy
 from dataclasses import dataclass, field
 from fractions import Fraction
-from functools import cached_property, partial, reduce
+from functools import cached_property, partial
 from typing import Any, TypeAlias
 
 from dse.analysis.scheduling.busy_window import Stream, Task, TaskKey, is_plain
@@ -24,6 +24,7 @@ from dse.analysis.scheduling.policies import accelerators, buses, chains, execut
 from dse.analysis.scheduling.policies.accelerators import Served
 from dse.analysis.scheduling.policies.buses import Arbitrated, OnBus
 from dse.analysis.scheduling.policies.chains import Chain, chains_in
+from dse.analysis.scheduling.policies.coupled import least_known
 from dse.analysis.scheduling.policies.preemptive import Preempted
 from dse.analysis.scheduling.policies.segments import Segments, Spans
 from dse.analysis.scheduling.policies.successions import Succession, heads_in, is_prioritised, sources_in
@@ -207,12 +208,12 @@ class Rounds:
         if self.ends[chain.key] is None:
             return False
         windows = [window for _, window in chains.windows_of(resource, chain, tasks, succession)]
-        found = _least(window.response_ns() for window in windows)
+        found = least_known(window.response_ns() for window in windows)
         changed = self._raise(chain.key, None if found is None else found - chain.sent_ns)
         first: TaskKey = (chain.key[1], "thread")
         if first in self.sources or first in self.paired:
             is_known = self.ends[chain.key] is not None
-            lag = _least(self._lag(window, first) for window in windows) if is_known else None
+            lag = least_known(self._lag(window, first) for window in windows) if is_known else None
             key: LagKey = (*chain.key, "lag" if first in self.sources else "joined")
             changed |= self._raise(key, None if lag is None else lag - chain.sent_ns)
         return changed
@@ -306,12 +307,6 @@ class Rounds:
         for _ in range(rounds):
             other.next()
         return other.state()
-
-
-def _least(times: Iterable[Exact | None]) -> Exact | None:
-    """The least of some times; None where none of them is known."""
-    known = [time for time in times if time is not None]
-    return reduce(min, known) if known else None
 
 
 def paired_in(system: System) -> dict[TaskKey, Task]:

@@ -155,8 +155,8 @@ def simulate(
             _sample(plan, setting, offsets, runs, drift_ppm, record, late_only=contention or _waits(plan))
     except OutOfTime:
         is_stopped = True
-    is_wider = endless_queues and not _waits_anyway(space, plan)
-    excuses = _excuses(plan, bus_contention=bus_contention, is_wider=is_wider)
+    holds_more = endless_queues and not _waits_anyway(space, plan)
+    excuses = _excuses(plan, bus_contention=bus_contention, holds_more=holds_more)
     with until(limit.for_the_last_steps()):
         view = View(evaluation.design)
         flows = tuple(_flows(space, plan, record, view, excuses, drift_ppm, contention=contention))
@@ -291,11 +291,11 @@ def _waits_anyway(space: Space, plan: Plan) -> bool:
     return counts_responses(space) and not is_apart and all(size is None for size in sizes)
 
 
-def _excuses(plan: Plan, *, bus_contention: bool, is_wider: bool) -> list[str]:
+def _excuses(plan: Plan, *, bus_contention: bool, holds_more: bool) -> list[str]:
     excuses = [f"{name} alone needs more than one core" for name in plan.overloaded]
     if bus_contention and any(link.bus is not None and link.turn is None for link in plan.links):
         excuses.append("messages wait for each other on the buses, which no bound counts")
-    if is_wider:
+    if holds_more:
         excuses.append("more data wait than the stated queue sizes admit")
     return excuses
 

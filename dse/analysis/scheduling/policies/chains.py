@@ -191,11 +191,11 @@ def windows_of(
     it, that may be rivals of the chain as well.
     """
     ways = [chain, chain.with_rivals_only()] if chain.begun else [chain]
-    found = ((way, window_of(resource, way, tasks, succession)) for way in ways)
+    found = ((way, _longest_window(resource, way, tasks, succession)) for way in ways)
     return [(way, window) for way, window in found if window is not None]
 
 
-def window_of(
+def _longest_window(
     resource: Resource, chain: Chain, tasks: Sequence[Task | None], succession: Succession
 ) -> Preempted | None:
     """The busy window from the release of the first thread of a chain until the end of the last one.

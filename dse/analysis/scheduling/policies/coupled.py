@@ -182,7 +182,7 @@ def cases_in_window(
             sooner = ways.sooner(entry.key, stated.priority, last)
             if sooner is not None:
                 known = (item for one in passed for item in ways.behind_of(one.key))
-                reach = _least(item.longest_ns for item in known if item.before.key == first_key)
+                reach = least_known(item.longest_ns for item in known if item.before.key == first_key)
                 comes = replace(comes, behind=_behind(events, first_key, sooner, reach))
         found.append(comes)
     if not behind:
@@ -215,7 +215,8 @@ def _behind(events: EventModels, first: TaskKey, sooner: int, reach_ns: Exact | 
     return Behind(sooner, reach_ns + streams[0].jitter_ns, streams[0].period_ns)
 
 
-def _least(numbers: Iterable[Exact | None]) -> Any:
+def least_known(numbers: Iterable[Exact | None]) -> Any:
+    """The least of some numbers; None where none of them is known."""
     known = [number for number in numbers if number is not None]
     return min(known, default=None)
 
