@@ -181,6 +181,11 @@ class EncodedSpace:
         return bool(self.open_terms) or any(item is not None for item in learning)
 
     @property
+    def has_messages(self) -> bool:
+        """Whether the model learns of messages that wait: of their own limits, or of figures that they are a part of."""
+        return self.messages is not None or any(term.message is not None for term in self.open_terms)
+
+    @property
     def is_loose(self) -> bool:
         """Whether the objectives of a solution may be larger than those of its design, unless they are minimised."""
         return bool(self.open_terms) and self.contention is not None and self.contention.is_upward

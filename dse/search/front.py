@@ -237,7 +237,8 @@ def search_front(
         return replace(_started_from(evaluator, known, start, budget.limit), elapsed_s=time.monotonic() - started)
     state = _State(evaluator, encoded, SearchRegions(encoded.everywhere), started, budget.limit)
     # where the referee may refuse, canonical designs are the first of all, whatever a model has learnt
-    state.untaught = encoded.copy() if encoded.learns and not may_refuse(evaluator) else None
+    is_untaught = encoded.learns and not encoded.has_messages and not may_refuse(evaluator)
+    state.untaught = encoded.copy() if is_untaught else None
     if start is not None:
         with until(budget.limit.for_what_is_needed()), suppress(OutOfTime):
             state.start_from(start)

@@ -69,7 +69,7 @@ class Conflict:
         for number in self.members:
             if bus_of(space, number, view) != self.bus or at(space.connections[number].carried_in, view) is not None:
                 return None
-        return {number: _CANDIDATES.recall(space, (self.bus, number), view, _candidate) for number in self.members}
+        return {number: _CANDIDATES.recall(space, (self.bus, number), view, _unnumbered) for number in self.members}
 
     def kept_from_last(self, space: Space, view: View) -> frozenset[int] | None:
         """The messages in time as the last whose number is lower than that of another; None where one can be last."""
@@ -139,15 +139,19 @@ _SOURCES: Recall[Task | None] = Recall()
 def _candidates(space: Space, bus: int, view: View) -> tuple[list[int], list[Candidate]]:
     """The messages of a bus on which each is one connection, and each in search of its place."""
     carried = _CARRIED.recall(space, bus, view, carried_by)
-    return carried, [_CANDIDATES.recall(space, (bus, number), view, _candidate) for number in carried]
+    found = []
+    for number in carried:
+        identifier = at(space.connections[number].identifier, view)
+        made = _CANDIDATES.recall(space, (bus, number), view, _unnumbered)
+        found.append(made if identifier == ANY_IDENTIFIER else replace(made, identifier=identifier))
+    return carried, found
 
 
-def _candidate(space: Space, key: tuple[int, int], view: View) -> Candidate:
+def _unnumbered(space: Space, key: tuple[int, int], view: View) -> Candidate:
+    """A message without its number: no more is read of that than its frame's length takes."""
     bus, number = key
     (task,) = released_undelayed(space, view, [(number, "message")]).values()
-    identifier = at(space.connections[number].identifier, view)
-    made = candidate_of(space, bus, number, view, task)
-    return replace(made, identifier=None if identifier == ANY_IDENTIFIER else identifier)
+    return candidate_of(space, bus, number, view, task)
 
 
 def conflicts(space: Space, bus: int, view: View) -> Iterator[Conflict]:
