@@ -2,8 +2,8 @@
 
 It is the first in the order of decisions and options of the file, wherever a short depth-first search finds that one;
 else the one that the solver finds from the canonical design of the point before, which depends on the problem, the seed
-and the solver's version only (decision record 3). Where threads share cores and neither is found within a budget, or messages
-wait for buses and the first is not, the design of the search stays, which may depend on its way.
+and the solver's version only (decision record 3). Where threads share cores and neither is found within a budget, or
+messages wait for buses and the first is not, the design of the search stays, which may depend on its way.
 """
 
 from __future__ import annotations
