@@ -126,6 +126,7 @@ class Board:
         self.cores: Any = None
         self.message_limits: list[Any] = []  # upper limits on messages, see `dse.encode.messages.limits`
         self.messages: Any = None
+        self.before: dict[tuple[int, int], Any] = {}  # by pairs of messages, see `dse.encode.messages.waiting`
         self.is_guarded = False  # whether limits can be switched off
         self.scheduled: dict[tuple[int, bool], tuple[object, Form]] = {}  # by the id of a term, which is kept alive
         self.extremes: dict[tuple[int, bool], tuple[object, Form]] = {}  # as `scheduled`

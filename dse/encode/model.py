@@ -182,7 +182,7 @@ class EncodedSpace:
 
     @property
     def has_messages(self) -> bool:
-        """Whether the model learns of messages that wait: of their own limits, or of figures that they are a part of."""
+        """Whether the model learns of messages that wait: of their limits, or of figures that they are a part of."""
         return self.messages is not None or any(term.message is not None for term in self.open_terms)
 
     @property

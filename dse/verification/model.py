@@ -286,6 +286,8 @@ class SecondModel:
 
     @staticmethod
     def _in(model: cp_model.CpModel, variable: Any) -> Any:
+        if variable.index < 0:  # a negated literal
+            return model.get_int_var_from_proto_index(-variable.index - 1).negated()
         return model.get_int_var_from_proto_index(variable.index)
 
     def _ask(

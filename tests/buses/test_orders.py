@@ -8,15 +8,21 @@ from random import Random
 import pytest
 
 import dse
-from dse.analysis.memo import looked_at
 from dse.analysis.messages.burdens import burdens
-from dse.analysis.messages.conflicts import earlier_on_flows, is_idler_alike, soonest
+from dse.analysis.messages.conflicts import Conflict
+from dse.analysis.messages.precedence import (
+    earlier_on_flows,
+    is_idler_alike,
+    nested_ahead,
+    soonest,
+    waits_behind_ns,
+)
 from dse.analysis.messages.stages import bus_of, candidates_of
 from dse.analysis.scheduling.resolve import released_undelayed, resolve_buses
 from dse.analysis.scheduling.responses import NO_BOUND, message_waits_ns
 from dse.analysis.views import View
-from dse.encode.messages import reasons
 from dse.space.model.space import Design, Space
+from dse.space.model.trees import at
 from tests.buses.test_random import front_of
 from tests.helpers.effort import cases
 from tests.helpers.identifier_systems import draw_identifier_problem
@@ -93,20 +99,44 @@ def test_fronts_are_those_of_all_designs(seed: int, monkeypatch: pytest.MonkeyPa
     assert not dse.verify(result, problem=problem).findings
 
 
-def test_who_goes_before_a_message_in_a_design_is_found_once(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Each message that may go before it asks for much the same designs; what is read of one is noted each time."""
-    space = replace(dse.loads(draw_identifier_problem(3, decisions=9)).ask().space, processing="execution_time")
-    design, number = tuple(0 for _ in space.decisions), 0
-    asked = list[View]()
+def is_told(conflict: Conflict, space: Space, view: View) -> bool:
+    """Whether a conflict says of a design, too, that its group goes before its last message."""
+    kept = conflict.kept_from_last(space, view)
+    if kept is None:
+        return False
+    for number, bound, is_most in conflict.bounds(kept):
+        own = at(space.connections[number].identifier, view)
+        if not isinstance(own, int) or (own > bound if is_most else own < bound):
+            return False
+    return True
 
-    def counting(space: Space, number: int, view: View, before: frozenset[int]) -> object:
-        asked.append(view)
-        return soonest(space, number, view, before)
 
-    monkeypatch.setattr(reasons, "soonest", counting)
-    looks = reasons._Before(space, number, frozenset())
-    assert looks.in_design(design) == looks.in_design(design)
-    assert len(asked) == 1
-    noted = [looked_at(design, lambda whole: looks.in_design(whole.design)) for _ in range(2)]
-    assert noted[0] == noted[1] == (looks.in_design(design), noted[0][1])
-    assert len(asked) == 3 and noted[0][1]
+@pytest.mark.parametrize("seed", cases(600))
+def test_what_no_order_has_behind_a_message_is_before_it_in_other_designs_of_which_that_is_told(seed: int) -> None:
+    """With as long a wait at least; in the design itself it is told of all that goes before the message at soonest."""
+    rng = Random(seed)
+    space = replace(dse.loads(draw_identifier_problem(seed, decisions=9)).ask().space, processing="execution_time")
+    designs = [tuple(rng.randrange(len(item.options)) for item in space.decisions) for _ in range(12)]
+    for design in designs[:4]:
+        for number in range(len(space.connections)):
+            if bus_of(space, number, View(design)) is None:
+                continue
+            kept = earlier_on_flows(space, number, View(design))
+            for held in {frozenset[int](), kept}:
+                least = soonest(space, number, View(design), held)
+                if least is None:
+                    continue
+                told = list(nested_ahead(space, number, View(design), least.before, held))
+                assert all(is_told(item, space, View(design)) for item in told)
+                assert waits_behind_ns(told[-1], space, View(design), has_source=False) == least.waits_ns
+                assert frozenset(told[-1].group) == least.before
+                for other in designs:
+                    order = before(space, number, View(other)) if bus_of(space, number, View(other)) == 0 else None
+                    if order is None or not held <= order:
+                        continue
+                    for item in told:
+                        if is_told(item, space, View(other)):
+                            assert order >= {*item.group}
+                            waits = waits_behind_ns(item, space, View(other), has_source=False)
+                            seen = message_waits_ns(space, number, View(other))
+                            assert seen == NO_BOUND if waits is None else waits <= seen

@@ -7,6 +7,7 @@ Read `stages.py` first.
 * `assignment.py`: the places of messages that may have any identifier (Audsley).
 * `burdens.py`: options that keep a bus busier.
 * `conflicts.py`: messages of which none can be the last in time, whatever their order.
+* `precedence.py`: messages that go before another one in any order in which all are in time.
 * `late.py`: why a message is late, and the identifier that would do.
 * `waits.py`: the response times of the messages of a bus, and what each waits for.
 

@@ -9,7 +9,7 @@ often, take as long, and are as urgent as here.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -23,15 +23,9 @@ from dse.analysis.messages.stages import (
     faults_on,
     identifier_range,
     is_comparable,
-    is_each_alone,
-    is_on_flow,
     may_wait_for,
-    message_key,
 )
-from dse.analysis.scheduling.busy_window import Task
-from dse.analysis.scheduling.policies.buses import Arbitrated
-from dse.analysis.scheduling.policies.faults import with_frame
-from dse.analysis.scheduling.resolve import released_undelayed, source_undelayed
+from dse.analysis.scheduling.resolve import released_undelayed
 from dse.analysis.views import View, tabulate
 from dse.space.architecture.arbitration import may_be_any
 from dse.space.model.space import Space
@@ -50,6 +44,8 @@ class Conflict:
     """A set of messages on a bus, by their connections, and one of the others whose frame is the longest, if any.
 
     `numbers` are the identifiers of those that have one; `behind` others that have those right after the greatest.
+    Where `last` is a message the group goes before that one in every order in which all are in time: none of the group
+    but those that are `kept` there by a rule can be the last of these in time.
     """
 
     bus: int
@@ -57,11 +53,18 @@ class Conflict:
     behind: tuple[int, ...]
     blocker: int | None
     numbers: Mapping[int, int]
+    last: int | None = None
+    kept: frozenset[int] = frozenset()
+
+    @property
+    def placed(self) -> tuple[int, ...]:
+        """The group, and the message that it goes before."""
+        return self.group if self.last is None else (*self.group, self.last)
 
     @property
     def members(self) -> tuple[int, ...]:
-        """The messages of the conflict: the group, those behind it, and the blocker."""
-        found = (*self.group, *self.behind)
+        """The messages of the conflict: the group, the one that it goes before, those behind it, and the blocker."""
+        found = (*self.placed, *self.behind)
         return found if self.blocker is None else (*found, self.blocker)
 
     def candidates(self, space: Space, view: View) -> dict[int, Candidate] | None:
@@ -78,10 +81,12 @@ class Conflict:
             return None
         bit, faults = identifier_range(space, self.bus, view)[0], faults_on(space, self.bus, view)
         blocked = 0 if self.blocker is None else known[self.blocker].section_ns
-        highest = max((self.numbers.get(number, -1) for number in self.group), default=-1)
+        highest = max((self.numbers.get(number, -1) for number in self.placed), default=-1)
         ordered = set()
         for number in reversed(self.group):
-            others = [known[other] for other in self.group if other != number]
+            if number in self.kept:
+                continue
+            others = [known[other] for other in self.placed if other != number]
             others += [known[other] for other in self.behind if number not in self.numbers]
             if is_in_time(known[number], others, blocked, bit, faults):
                 if self.numbers.get(number, highest) >= highest:
@@ -123,20 +128,19 @@ class Conflict:
         others are behind, that has the number right before theirs, and they have just these.)
         """
         if ordered or self.behind:
-            last = max(self.group, key=lambda number: self.numbers.get(number, -1))
-            yield last, self.numbers[last], False
+            highest = max(self.placed, key=lambda number: self.numbers.get(number, -1))
+            yield highest, self.numbers[highest], False
             yield from ((number, self.numbers[number], True) for number in ordered)
-        for number in (last, *self.behind) if self.behind else ():
+        for number in (highest, *self.behind) if self.behind else ():
             yield number, self.numbers[number], False
             yield number, self.numbers[number], True
 
 
 _CARRIED: Recall[list[int]] = Recall()
 _CANDIDATES: Recall[Candidate] = Recall()
-_SOURCES: Recall[Task | None] = Recall()
 
 
-def _candidates(space: Space, bus: int, view: View) -> tuple[list[int], list[Candidate]]:
+def candidates_on(space: Space, bus: int, view: View) -> tuple[list[int], list[Candidate]]:
     """The messages of a bus on which each is one connection, and each in search of its place."""
     carried = _CARRIED.recall(space, bus, view, carried_by)
     found = []
@@ -163,7 +167,7 @@ def conflicts(space: Space, bus: int, view: View) -> Iterator[Conflict]:
     slot = space.buses[bus]
     if set(leaves(slot.broadcast)) != {False} or at(slot.arbitration, view) != "priority" or not is_comparable(space):
         return
-    carried, candidates = _candidates(space, bus, view)
+    carried, candidates = candidates_on(space, bus, view)
     made = assigned(candidates, *identifier_range(space, bus, view), faults=faults_on(space, bus, view))
     if not made.stuck:
         return
@@ -173,100 +177,6 @@ def conflicts(space: Space, bus: int, view: View) -> Iterator[Conflict]:
     found = _Shrinking(space, bus, view, carried, candidates, numbers).least(made.stuck)
     if found is not None:
         yield found
-
-
-@dataclass(frozen=True)
-class Soonest:
-    """The most urgent place that a message has in any order in which all meet their deadlines.
-
-    `waits_ns` is how long it waits there, in ns, and `before` the messages before it, by their connections.
-    """
-
-    waits_ns: Exact
-    before: frozenset[int]
-
-
-def soonest(
-    space: Space, number: int, view: View, before: Collection[int] = (), *, has_source: bool = False
-) -> Soonest | None:
-    """The `Soonest` of a message, of the orders that have the messages of the connections in `before` before it.
-
-    It waits from when it is queued, or (`has_source`) from the latest time at which it may be. In the order that is
-    chosen (`dse.analysis.messages.assignment`) it waits no less, and behind no fewer messages, where that has those
-    before it; nor does it where its bus is busier. None where it has no bound, or there is no such order, or
-    messages queue as they come.
-    """
-    bus = _comparable_bus(space, number, view)
-    if bus is None:
-        return None
-    carried, candidates = _candidates(space, bus, view)
-    bit, most = identifier_range(space, bus, view)
-    faults = faults_on(space, bus, view)
-    own_place = carried.index(message_key(space, number, view)[0])
-    kept = {place for place, one in enumerate(carried) if one in before}
-    made = assigned(candidates, bit, most, own_place, faults, before=kept)
-    place = made.order.index(own_place)
-    own, urgent = candidates[own_place], made.order[:place]
-    known = tuple(task for one in urgent if (task := candidates[one].task) is not None)
-    if made.stuck or own.task is None or len(known) < len(urgent) or not kept.issubset(urgent):
-        return None
-    behind = max((candidates[one].section_ns for one in made.order[place + 1 :]), default=0)
-    longest = max(candidates[one].section_ns for one in made.order[: place + 1])
-    window = Arbitrated(own.task, known, behind, own.last_ns, bit, with_frame(faults, longest))
-    response = window.response_ns()
-    if response is None:
-        return None
-    source = _SOURCES.recall(space, carried[own_place], view, source_undelayed) if has_source else None
-    lag = None if source is None else window.counted_from(source).response_ns()
-    response = response if lag is None else min(lag, response)
-    return Soonest(response - own.task.worst_ns, frozenset(carried[one] for one in urgent))
-
-
-def _comparable_bus(space: Space, number: int, view: View) -> int | None:
-    """The bus of a message where its place decides what it waits; None where messages queue as they come."""
-    bus = bus_of(space, number, view)
-    if bus is None or set(leaves(space.buses[bus].broadcast)) != {False} or not is_comparable(space):
-        return None
-    return bus
-
-
-def earlier_on_flows(space: Space, number: int, view: View) -> frozenset[int]:
-    """The messages of flows with any identifier that the rule `audsley` has before another one of a flow, for sure.
-
-    By their connections: of one with any identifier those before it in the file, of one with a stated number all, where
-    it has the last place of these and itself as soon as no message that has its turn sooner can have it. They are
-    before it, too, in each design in which nothing is busier, no message has a number that may have any here, and those
-    of flows have numbers or none as here (`is_idler_alike`): whatever is placed behind it here can be so there, and has
-    its turn sooner; then it is in time. None where it is on no flow, frames have several connections, or low numbers
-    run short.
-    """
-    bus = _comparable_bus(space, number, view)
-    if bus is None or space.buses[bus].assignment != "audsley" or not is_each_alone(space):
-        return frozenset()
-    carried, candidates = _candidates(space, bus, view)
-    bit, most = identifier_range(space, bus, view)
-    made = assigned(candidates, bit, most, faults=faults_on(space, bus, view))
-    own = carried.index(message_key(space, number, view)[0])
-    free = [place for place, item in enumerate(candidates) if item.is_on_flow and item.identifier is None]
-    sooner = {place for place in free if place < own or candidates[own].identifier is not None}
-    place = made.order.index(own)
-    if made.stuck or not candidates[own].is_on_flow or not sooner <= {*made.order[:place]}:
-        return frozenset()
-    if any(item.identifier is not None and item.identifier < len(carried) for item in candidates):
-        return frozenset()
-    return frozenset(carried[one] for one in sooner)
-
-
-def is_idler_alike(space: Space, index: int) -> bool:
-    """Whether messages stay before others (`earlier_on_flows`) with a less busy option of a decision.
-
-    Not of the identifiers of messages of flows: one with any identifier has its turn later than one with a number.
-    """
-    decision = space.decisions[index]
-    if decision.field != "identifier":
-        return True
-    wires = enumerate(space.connections)
-    return not any(item.name == decision.component and is_on_flow(space, number) for number, item in wires)
 
 
 @dataclass

@@ -13,14 +13,21 @@ in time: so in designs in which nothing is busier, too, which is a condition in 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from fractions import Fraction
-from functools import partial
 
 from dse.analysis.latency.rows import counts_responses
 from dse.analysis.memo import looked_at
 from dse.analysis.messages.burdens import burdens, goes_first, is_settled
-from dse.analysis.messages.conflicts import Conflict, earlier_on_flows, is_idler_alike, open_identifiers, soonest
+from dse.analysis.messages.conflicts import Conflict, open_identifiers
+from dse.analysis.messages.precedence import (
+    ahead,
+    earlier_on_flows,
+    is_idler_alike,
+    nested_ahead,
+    soonest,
+    waits_behind_ns,
+)
 from dse.analysis.scheduling.responses import message_waits_ns
 from dse.analysis.views import View
 from dse.encode.linear import OpenTerm
@@ -86,21 +93,18 @@ def soonest_conditions(
         return None
     number = message.number
 
-    def least(seen: View, before: frozenset[int]) -> int | None:
-        found = soonest(space, number, seen, before, has_source=message.has_source)
-        return None if found is None else waiting(seen, Fraction(found.waits_ns))
-
-    for before in dict.fromkeys([frozenset[int](), earlier_on_flows(space, number, view)]):
-        enough = least(view, before)
-        if enough is None or enough <= has:
+    for kept in dict.fromkeys([frozenset[int](), earlier_on_flows(space, number, view)]):
+        found = soonest(space, number, view, kept, has_source=message.has_source)
+        if found is None or (enough := waiting(view, Fraction(found.waits_ns))) <= has:
             continue
+        before = ahead(space, number, view, found.before, kept)
 
-        def is_as_long(trial: Sequence[int], before: frozenset[int] = before, enough: int = enough) -> bool:
-            figure = least(View(trial), before)
-            return figure is not None and figure >= enough
+        def is_as_long(seen: View, before: Conflict = before, enough: int = enough) -> bool:
+            waits = waits_behind_ns(before, space, seen, has_source=message.has_source)
+            return waits is not None and waiting(seen, Fraction(waits)) >= enough
 
-        found, _ = _relaxed(chosen, view, is_as_long, partial(_busier, space))
-        return [*found, *_kept_conditions(space, chosen, number, before, view)], enough
+        conditions = conflict_conditions(space, chosen, before, view, is_as_long)
+        return [*conditions, *_kept_conditions(space, chosen, number, kept, view)], enough
     return None
 
 
@@ -118,38 +122,17 @@ def order_conditions(
     number = term.message.number
     told: set[int] = {other for other, literal in term.before.items() if known(literal)}
     for kept in dict.fromkeys([frozenset[int](), earlier_on_flows(alone, number, view)]):
-        found, looks = soonest(alone, number, view, kept), _Before(alone, number, kept)
-        for other in () if found is None else sorted(found.before & term.before.keys() - told):
-            told.add(other)
-
-            def is_before(trial: Sequence[int], other: int = other, looks: _Before = looks) -> bool:
-                return other in looks.in_design(trial)
-
-            conditions: Conditions = []
-            if other not in kept:
-                conditions = _relaxed(chosen, view, is_before, partial(_busier, alone))[0]
-            yield [*conditions, *_kept_conditions(alone, chosen, number, kept, view)], term.before[other]
-
-
-@dataclass
-class _Before:
-    """Who goes before a message, those in `kept` among them: what is asked for several of them is found once."""
-
-    space: Space
-    number: int
-    kept: frozenset[int]
-    known: dict[tuple[int, ...], frozenset[int]] = field(default_factory=dict)
-
-    def in_design(self, design: Sequence[int]) -> frozenset[int]:
-        """The messages before it in a design; empty where it has no bound. Of one that notes what is read it is new."""
-        is_plain = isinstance(design, tuple)
-        if is_plain and (known := self.known.get(tuple(design))) is not None:
-            return known
-        seen = soonest(self.space, self.number, View(design), self.kept)
-        there = frozenset[int]() if seen is None else seen.before
-        if is_plain:
-            self.known[tuple(design)] = there
-        return there
+        found = soonest(alone, number, view, kept)
+        fresh = set() if found is None else found.before & term.before.keys() - told
+        if found is None or not fresh:
+            continue
+        if_kept = _kept_conditions(alone, chosen, number, kept, view)
+        for before in nested_ahead(alone, number, view, found.before, kept):
+            if not fresh.isdisjoint(before.group):
+                conditions = conflict_conditions(alone, chosen, before, view)
+                yield from (([*conditions, *if_kept], term.before[one]) for one in sorted(fresh & {*before.group}))
+                fresh -= {*before.group}
+        told |= found.before
 
 
 def _kept_conditions(space: Space, chosen: Chosen, number: int, before: frozenset[int], view: View) -> Conditions:
@@ -222,11 +205,16 @@ def _all_must_be_in_time(space: Space) -> bool:
     return all(item.deadline_ns is None or number in required for number, item in enumerate(space.connections))
 
 
-def conflict_conditions(space: Space, chosen: Chosen, conflict: Conflict, view: View) -> Conditions:
-    """Conditions under which none of the messages of a conflict can be the last in time."""
+def conflict_conditions(
+    space: Space, chosen: Chosen, conflict: Conflict, view: View, further: Callable[[View], bool] = lambda seen: True
+) -> Conditions:
+    """Conditions under which none of the messages of a conflict can be the last in time.
+
+    And under which something else holds, that holds the more the busier a bus is.
+    """
 
     def is_late(trial: Sequence[int]) -> bool:
-        return conflict.is_late(space, View(trial))
+        return conflict.is_late(space, View(trial)) and further(View(trial))
 
     def compared(index: int, option: int) -> Sequence[int | None] | None:
         if option >= 0 and space.decisions[index].field == "carried_in":

@@ -70,8 +70,7 @@ def _add_waiting(rows: BusRows, number: int, least: Any, variable: Any, scale: F
         if goes_first is not board.true and any(
             may_be_any(rows.board.space.connections[one]) for one in (number, message.number)
         ):
-            if message.number not in open_:
-                open_[message.number] = board.model.new_bool_var("")
+            open_[message.number] = before_literal(board, message.number, number)
             if goes_first is not None:
                 board.model.add_implication(goes_first, open_[message.number])
             goes_first = open_[message.number]
@@ -97,6 +96,30 @@ def _add_waiting(rows: BusRows, number: int, least: Any, variable: Any, scale: F
     parts += _begun(rows, found, before, scale)
     form = sum(work * literal for work, literal in parts)
     board.model.add(variable >= least + form).only_enforce_if(board.options[decision][option])
+
+
+def before_literal(board: Board, first: int, second: int) -> Any:
+    """The literal of one message's going before another one, of messages that are both on a bus in any design.
+
+    One of two goes before the other, and what goes before the first of these before the second, too.
+    """
+    known = board.before
+    if (first, second) not in known:
+        reverse = known.get((second, first))
+        literal = board.model.new_bool_var("") if reverse is None else reverse.negated()
+        known[first, second] = literal
+        for third in {one for pair in known for one in pair}:
+            _add_order(board, first, second, third)
+            _add_order(board, third, first, second)
+            _add_order(board, first, third, second)
+    return known[first, second]
+
+
+def _add_order(board: Board, first: int, second: int, third: int) -> None:
+    """Say that the first of three messages is before the third where it is before the second, and that the third."""
+    if {(first, second), (second, third), (first, third)} <= board.before.keys():
+        one, other, both = board.before[first, second], board.before[second, third], board.before[first, third]
+        board.model.add_bool_or([one.negated(), other.negated(), both])
 
 
 def _begun(rows: BusRows, found: Sequence[Sent], before: Mapping[int, Any], scale: Fraction) -> list[tuple[int, Any]]:

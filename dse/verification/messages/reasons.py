@@ -15,7 +15,15 @@ from dse.analysis.latency.rows import counts_responses
 from dse.analysis.limits import Limit, judge
 from dse.analysis.memo import looked_at
 from dse.analysis.messages.burdens import burdens, goes_first, is_settled
-from dse.analysis.messages.conflicts import Conflict, earlier_on_flows, is_idler_alike, open_identifiers, soonest
+from dse.analysis.messages.conflicts import Conflict, open_identifiers
+from dse.analysis.messages.precedence import (
+    ahead,
+    earlier_on_flows,
+    is_idler_alike,
+    nested_ahead,
+    soonest,
+    waits_behind_ns,
+)
 from dse.analysis.scheduling.responses import message_waits_ns, with_threads
 from dse.analysis.views import View
 from dse.space.model.arrivals import CyclicActivation
@@ -50,9 +58,16 @@ def late_lesson(space: Space, limit: Limit, design: Design, *, has_places: bool)
 
 def conflict_lesson(space: Space, conflict: Conflict, design: Design) -> Lesson:
     """The lesson from messages of a bus of which none can be the last in time in a design."""
+    return Lesson(_conflict_box(space, conflict, design, lambda seen: True), ())
+
+
+def _conflict_box(
+    space: Space, conflict: Conflict, design: Design, further: Callable[[View], bool]
+) -> dict[int, frozenset[int]]:
+    """Options with which a conflict of a design is one, and something else holds that a busier bus does not change."""
 
     def is_late(given: Sequence[int]) -> bool:
-        return conflict.is_late(space, View(given))
+        return conflict.is_late(space, View(given)) and further(View(given))
 
     def compared(decision: int) -> Sequence[int | None] | None:
         is_of_frame = space.decisions[decision].field == "carried_in"
@@ -68,7 +83,7 @@ def conflict_lesson(space: Space, conflict: Conflict, design: Design) -> Lesson:
             numbered = [(option, value) for option, value in values if isinstance(value, int)]
             fit = frozenset(option for option, value in numbered if (value <= bound if is_most else value >= bound))
             box[index] = box.get(index, fit) & fit
-    return Lesson(box, ())
+    return box
 
 
 def waits_lesson(space: Space, key: int, waits: Callable[[View], Fraction], waited: Fraction, design: Design) -> Lesson:
@@ -122,13 +137,14 @@ def soonest_lesson(
         least = soonest(alone, number, View(design), kept, has_source=has_source)
         if least is None or least.waits_ns <= longer_ns:
             continue
-        bound = Fraction(least.waits_ns)
+        before, bound = ahead(alone, number, View(design), least.before, kept), Fraction(least.waits_ns)
 
-        def is_as_long(given: Sequence[int], kept: frozenset[int] = kept, bound: Fraction = bound) -> bool:
-            found = soonest(alone, number, View(given), kept, has_source=has_source)
-            return found is not None and found.waits_ns >= bound
+        def is_as_long(seen: View, before: Conflict = before, bound: Fraction = bound) -> bool:
+            waits = waits_behind_ns(before, alone, seen, has_source=has_source)
+            return waits is not None and waits >= bound
 
-        return Lesson(_wait_box(alone, number, design, is_as_long, kept), (), (key, bound))
+        box = _conflict_box(alone, before, design, is_as_long)
+        return Lesson(_both(box, _kept_box(alone, number, design, kept)), (), (key, bound))
     return None
 
 
@@ -142,16 +158,16 @@ def order_lessons(
     number, told = message_of(key)[0], set[int]()
     for kept in dict.fromkeys([frozenset[int](), earlier_on_flows(alone, number, View(design))]):
         found = soonest(alone, number, View(design), kept)
-        for other in sorted(found.before - told) if found is not None else ():
-            if not open_(other):
-                continue
-            told.add(other)
-
-            def is_before(given: Sequence[int], other: int = other, kept: frozenset[int] = kept) -> bool:
-                seen = soonest(alone, number, View(given), kept)
-                return seen is not None and other in seen.before
-
-            yield Lesson(_wait_box(alone, number, design, is_before, kept), (), before=(key, other))
+        fresh = set() if found is None else {one for one in found.before - told if open_(one)}
+        if found is None or not fresh:
+            continue
+        if_kept = _kept_box(alone, number, design, kept)
+        for before in nested_ahead(alone, number, View(design), found.before, kept):
+            known = sorted(fresh & {*before.group})
+            box = _conflict_box(alone, before, design, lambda seen: True) if known else {}
+            yield from (Lesson(_both(box, if_kept), (), before=(key, other)) for other in known)
+            fresh -= {*known}
+        told |= found.before
 
 
 def _is_chosen_alike(space: Space, limited: Collection[int]) -> bool:
@@ -165,29 +181,31 @@ def _is_chosen_alike(space: Space, limited: Collection[int]) -> bool:
     return all(item.deadline_ns is None or number in limited for number, item in enumerate(space.connections))
 
 
-def _wait_box(
-    space: Space, number: int, design: Design, holds: Callable[[Sequence[int]], bool], kept: frozenset[int]
-) -> dict[int, frozenset[int]]:
-    """Options with which something holds that the busier a bus is holds the more, and the rule has `kept` before."""
+def _both(box: dict[int, frozenset[int]], other: dict[int, frozenset[int]]) -> dict[int, frozenset[int]]:
+    """The options that are in both of two boxes."""
+    found = {**other, **box}
+    for one in box.keys() & other.keys():
+        found[one] = box[one] & other[one]
+    return found
 
-    def compared(decision: int) -> Sequence[int] | None:
-        item = space.decisions[decision]
-        if item.field != "identifier":
-            return burdens(space, decision)
-        stated = [int(isinstance(value, int)) for value in item.values]
-        return stated if sum(stated) == 1 else None
+
+def _kept_box(space: Space, number: int, design: Design, kept: frozenset[int]) -> dict[int, frozenset[int]]:
+    """Options with which the rule has the messages `kept` before another one, as it has in a design."""
 
     def are_before(given: Sequence[int]) -> bool:
         return kept <= earlier_on_flows(space, number, View(given))
 
     def idler(decision: int) -> Sequence[int] | None:
-        busy = compared(decision) if is_idler_alike(space, decision) else None
-        return None if busy is None else [-one for one in busy]
+        item = space.decisions[decision]
+        if not is_idler_alike(space, decision):
+            return None
+        if item.field != "identifier":
+            busy = burdens(space, decision)
+            return None if busy is None else [-one for one in busy]
+        stated = [int(isinstance(value, int)) for value in item.values]
+        return [-one for one in stated] if sum(stated) == 1 else None
 
-    box = _widened(design, holds, compared)[0]
-    for decision, options in _widened(design, are_before, idler)[0].items() if kept else ():
-        box[decision] = box.get(decision, options) & options
-    return box
+    return _widened(design, are_before, idler)[0] if kept else {}
 
 
 def _widened(

@@ -5,7 +5,8 @@ sent), for the longest frame of the rest, which has begun, and for faults of the
 its own frame or one that surely goes before it once more.
 Numbers tell who goes before it; where one of both may have any number that is a literal of its own, which is false
 unless a refused solution taught that it is true: with all options that make their bus no less busy, another message
-cannot be placed behind it in time, or the rule has it before (`dse.analysis.messages.conflicts`).
+cannot be placed behind it in time, or the rule has it before (`dse.analysis.messages.precedence`). Of two messages that
+wait one goes before the other.
 """
 
 from __future__ import annotations
@@ -37,6 +38,7 @@ class MessageWaits:
     def __init__(self, rows: BusRows, variables: dict[int, Any], scale: int) -> None:
         self.rows, self.space, self.scale = rows, rows.space, scale
         self.before: dict[tuple[int, int], Any] = {}
+        self.order: dict[tuple[int, int], Any] = {}  # whether the first of two messages goes before the second
         for bus in counted_buses(self.space) if variables and is_each_alone(self.space) else ():
             self._add_bus(bus, variables)
 
@@ -81,16 +83,31 @@ class MessageWaits:
 
     def _goes_first(self, key: int, own: Sent, other: Sent) -> Any:
         """A literal that is true where another message has a lower number, or is known to be before; None: never."""
-        pair = key, other.number
         pairs = [(mine, one) for mine, number in own.numbers for one, least in other.numbers if least < number]
         is_open = any(may_be_any(self.space.connections[one.number]) for one in (own, other))
         if not pairs and not is_open:
             return None
-        if pair not in self.before:
-            self.before[pair] = made = self.rows.model.new_bool_var("")
+        pair = other.number, own.number
+        if pair not in self.order:
+            self._add_pair(*pair)
             for both in pairs:
-                self.rows.model.add_bool_or([made, *(one.negated() for one in both if one is not None)])
-        return self.before[pair]
+                self.rows.model.add_bool_or([self.order[pair], *(one.negated() for one in both if one is not None)])
+        self.before[key, other.number] = self.order[pair]
+        return self.order[pair]
+
+    def _add_pair(self, one: int, own: int) -> None:
+        """A literal of whether one message goes before another: the opposite of the other way round, without rings."""
+        opposite = self.order.get((own, one))
+        self.order[one, own] = self.rows.model.new_bool_var("") if opposite is None else opposite.negated()
+        for third in sorted({number for pair in self.order for number in pair} - {one, own}):
+            for ring in (
+                ((one, own), (own, third), (one, third)),
+                ((third, one), (one, own), (third, own)),
+                ((one, third), (third, own), (one, own)),
+            ):
+                if all(pair in self.order for pair in ring):
+                    first, second, both = (self.order[pair] for pair in ring)
+                    self.rows.model.add_bool_or([first.negated(), second.negated(), both])
 
 
 def _one_job(one: Sent) -> Exact:
