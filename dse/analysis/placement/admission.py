@@ -4,13 +4,14 @@ Whoever puts threads on cores asks hundreds of times whether a core may take one
 response times among fewer threads are a place to begin from, for they are no longer: those that are known, and that
 nothing new goes before, stay as they are, and the others follow from there by the recurrence of M. Joseph and P. Pandya
 ("Finding response times in a real-time system", The Computer Journal 29(5), 1986).
-Where more than the preemption of tasks has a part in it, or threads of one chain are among them, the analysis is asked
-as a whole (`dse.analysis.scheduling.responses`), with the same answers.
+Threads of one chain do not wait for each other; where they are in time though each counts as if it did, which takes no
+analysis, they are in time. Where they are not, and where more than the preemption of tasks has a part in it, the
+analysis is asked as a whole (`dse.analysis.scheduling.responses`), with the same answers.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from itertools import groupby
@@ -46,6 +47,10 @@ class _Latest(NamedTuple):
         return response_ns <= self.bound_ns if self.allows_equal else response_ns < self.bound_ns
 
 
+ANY = _Latest(UNBOUNDED_NS, allows_equal=False)
+"""Any response time that has a bound."""
+
+
 @dataclass(frozen=True)
 class _Simple:
     """A thread that is one task, which only tasks of a lower or the same `turn` delay.
@@ -75,6 +80,8 @@ class _NotSimple(Exception):
 
 
 NOBODY = _Among({}, {})
+MOST_ROUNDS = 64
+"""After so many rounds in which response times of threads of one chain still rise the analysis is asked."""
 
 
 class Admission:
@@ -88,7 +95,7 @@ class Admission:
         self.space, self.view, self.latest = space, view, latest
         self._free = {item.component: item for item in orders}
         self._simple: dict[int, _Simple | None] = {}
-        self._tasks: dict[int, Task] = {}
+        self._tasks: dict[tuple[int, tuple[Exact | None, ...]], Task] = {}
         self._among: dict[frozenset[int], _Among | None] = {}
         self._answers: dict[frozenset[int], bool] = {}
 
@@ -159,40 +166,72 @@ class Admission:
         return among
 
     def _with(self, before: _Among, numbers: Sequence[int]) -> _Among | None:
-        """What is known of threads that are in time, with the last of `numbers` added; None where one is late then."""
+        """What is known of threads that are in time, with the last of `numbers` added; None where one is late then.
+
+        Threads that release others of them wait for those, too, and pass their response times on as jitter: this is
+        never too short. Raises `_NotSimple` where one of them is late in that way.
+        """
         order = sorted((self._simple_of(number).turn, number) for number in numbers)
         upstream = {key for number in numbers for key in self._simple_of(number).upstream}
-        if any(self._simple_of(number).key in upstream for number in numbers):
-            raise _NotSimple  # threads of one chain do not wait for each other
-        tasks = {number: self._task(number) for number in numbers}
+        passing = {number: key for number in numbers if (key := self._simple_of(number).key) in upstream}
+        ends: dict[TaskKey, Exact] = {
+            key: before.responses.get(number, self._task(number, {}).worst_ns) for number, key in passing.items()
+        }
+        for _ in range(MOST_ROUNDS):
+            after = self._risen(before, order, ends, passing)
+            if after is None or not passing:
+                break
+            if all(after.responses[number] == ends[key] for number, key in passing.items()):
+                return after
+            before, ends = after, {key: after.responses[number] for number, key in passing.items()}
+        if passing:
+            raise _NotSimple
+        return after
+
+    def _risen(
+        self,
+        before: _Among,
+        order: Sequence[tuple[tuple[int, int, int], int]],
+        ends: Mapping[TaskKey, Exact],
+        passing: Collection[int],
+    ) -> _Among | None:
+        """What is known of threads, by turn and number, where those that release others end as given; None: one late.
+
+        Of threads that nobody limits it is known only for those that are `passing` it on.
+        """
+        tasks = {number: self._task(number, ends) for _, number in order}
         responses = dict(before.responses)
         rivals: list[Task] = []
         is_new = False
         for _, level in groupby(order, key=itemgetter(0)):
             members = [number for _, number in level]
             rivals += (tasks[number] for number in members)
-            is_new = is_new or any(number not in before.tasks for number in members)
+            is_new = is_new or any(tasks[number] is not before.tasks.get(number) for number in members)
             for number in members:
-                simple = self._simple_of(number)
-                if simple.latest is None or (not is_new and number in responses):
+                latest = self._simple_of(number).latest
+                if (latest is None and number not in passing) or (not is_new and number in responses):
                     continue
-                response = _response_ns(tasks[number], rivals, responses.get(number, 0), simple.latest)
+                response = _response_ns(tasks[number], rivals, responses.get(number, 0), latest or ANY)
                 if response is None:
                     return None
                 responses[number] = response
         return _Among(tasks, responses)
 
-    def _task(self, number: int) -> Task:
-        """A thread as a task that is released where nothing before it waits, which only makes it come later."""
-        task = self._tasks.get(number)
+    def _task(self, number: int, ends: Mapping[TaskKey, Exact]) -> Task:
+        """A thread as a task where those that release it end as given: one object for the same ends.
+
+        Others end after their longest time by themselves, for waiting only makes them later.
+        """
+        simple = self._simple_of(number)
+        key = number, tuple(ends.get(item) for item in simple.upstream)
+        task = self._tasks.get(key)
         if task is None:
-            simple = self._simple_of(number)
-            made = EventModels(simple.stages, {}).bounded_task(simple.key)
+            made = EventModels(simple.stages, dict(ends)).bounded_task(simple.key)
             if made is None or type(made.worst_ns) is not int:
                 raise _NotSimple
             if any(type(time) not in NUMBERS for item in made.streams for time in (item.period_ns, item.jitter_ns)):
                 raise _NotSimple
-            task = self._tasks[number] = made
+            task = self._tasks[key] = made
         return task
 
 
