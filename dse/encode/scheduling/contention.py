@@ -38,6 +38,8 @@ from dse.space.question.open_cores import rules_on_order, tells_cores_apart
 
 MOST_LESSONS = 60
 """After so many lessons the search for the first design with some figures gives up."""
+RAISED = 10
+"""A solution with figures that are too low counts as so many lessons: rows for more jobs take longer than a clause."""
 
 
 class Contention:
@@ -159,6 +161,7 @@ class Contention:
         """
         view = View(design)
         low = [(term, exact) for term in terms if value(term.variable) < (exact := term.value(view))]
+        self._lessons += RAISED if low else 0
         fresh = False
         for term, _ in low:
             if term.waits is not None and self.waiting is not None:
