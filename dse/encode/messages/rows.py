@@ -8,8 +8,9 @@ and behind all others of S, with each of their jobs that comes until its last fr
 (faults(t) is what those of the wire cost until then: an error frame and the longest frame of S each.)
 
 A message k that is due later has no part in that unless it goes before the last of S for sure: it has a lower number
-than some message of S. Then it adds C u, with u true where both have these numbers. (A literal for each E and number
-says whether some message of S has a greater one: numbers that are kept form a chain.) The times up to E are cut into
+than some message of S, or the order says so of messages whose waiting a figure counts
+(`dse.encode.messages.waiting`). Then it adds C u, with u true where that is so. (A literal for each E and number says
+whether some message of S has a greater one: numbers that are kept form a chain.) The times up to E are cut into
 intervals, of which one is chosen; jobs count as at its beginning, so that no design is lost. Messages whose bus is a
 decision, or that have too many cases, are left out; where a sender queues messages as they come there are none (those
 of a queue may wait for less than their identifiers say). A message that may carry others is due as soon as one of them
@@ -344,10 +345,17 @@ class BusRows:
         found: dict[int, Any] = {}
         for message in beside:
             pairs = [(literal, greater[number]) for literal, number in message.numbers if number in greater]
-            if pairs:
-                found[message.number] = board.any_of(board.all_of(pair) for pair in pairs)
+            ways = [board.all_of(pair) for pair in pairs]
+            ways += [literal for own in sure for literal in self._ordered(message.number, own.number)]
+            if ways:
+                found[message.number] = board.any_of(ways)
         self.chain[key] = found
         return found
+
+    def _ordered(self, first: int, second: int) -> list[Any]:
+        """Literals that are true only where one message goes before another, of those whose waiting a figure counts."""
+        known, opposite = (self.board.before.get(pair) for pair in ((first, second), (second, first)))
+        return [*([] if known is None else [known]), *([] if opposite is None else [opposite.negated()])]
 
 
 def _jobs(item: Candidate, work: Exact) -> int:
