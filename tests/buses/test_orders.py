@@ -9,7 +9,7 @@ import pytest
 
 import dse
 from dse.analysis.messages.burdens import burdens
-from dse.analysis.messages.conflicts import Conflict
+from dse.analysis.messages.conflicts import Conflict, conflicts
 from dse.analysis.messages.precedence import (
     earlier_on_flows,
     is_idler_alike,
@@ -21,6 +21,7 @@ from dse.analysis.messages.stages import bus_of, candidates_of
 from dse.analysis.scheduling.resolve import released_undelayed, resolve_buses
 from dse.analysis.scheduling.responses import NO_BOUND, message_waits_ns
 from dse.analysis.views import View
+from dse.encode.messages.reasons import conflict_conditions
 from dse.space.model.space import Design, Space
 from dse.space.model.trees import at
 from tests.buses.test_random import front_of
@@ -140,3 +141,17 @@ def test_what_no_order_has_behind_a_message_is_before_it_in_other_designs_of_whi
                             waits = waits_behind_ns(item, space, View(other), has_source=False)
                             seen = message_waits_ns(space, number, View(other))
                             assert seen == NO_BOUND if waits is None else waits <= seen
+
+
+@pytest.mark.parametrize("seed", cases(300))
+def test_a_lesson_on_messages_that_are_late_asks_for_identifiers_of_those_that_these_order_alone(seed: int) -> None:
+    """Not for those of messages that may have any, whose number decides nothing."""
+    rng = Random(seed)
+    space = replace(dse.loads(draw_identifier_problem(seed, decisions=9)).ask().space, processing="execution_time")
+    for _ in range(8):
+        view = View(tuple(rng.randrange(len(item.options)) for item in space.decisions))
+        for conflict in conflicts(space, 0, view):
+            found = conflict_conditions(space, lambda index, option: 1000 * index + option, conflict, view)
+            asked = {space.decisions[literals[0] // 1000] for literals in found}
+            wires = [space.connections[number].name for number in conflict.numbers]
+            assert {item.component for item in asked if item.field == "identifier"} <= {*wires}
