@@ -22,7 +22,7 @@ from dse.analysis.limits import HOLDS
 from dse.analysis.placement.priority_assignment import Latest, best_options
 from dse.analysis.scheduling.busy_window import Task, TaskKey, most_jobs, response_time_ns
 from dse.analysis.scheduling.event_models import EventModels
-from dse.analysis.scheduling.model import Stage
+from dse.analysis.scheduling.model import Ends, Stage
 from dse.analysis.scheduling.order import turns_of
 from dse.analysis.scheduling.overheads import interrupting
 from dse.analysis.scheduling.policies.coupled import is_coupled
@@ -174,7 +174,7 @@ class Admission:
         order = sorted((self._simple_of(number).turn, number) for number in numbers)
         upstream = {key for number in numbers for key in self._simple_of(number).upstream}
         passing = {number: key for number in numbers if (key := self._simple_of(number).key) in upstream}
-        ends: dict[TaskKey, Exact] = {
+        ends: Ends = {
             key: before.responses.get(number, self._task(number, {}).worst_ns) for number, key in passing.items()
         }
         for _ in range(MOST_ROUNDS):
@@ -192,7 +192,7 @@ class Admission:
         self,
         before: _Among,
         order: Sequence[tuple[tuple[int, int, int], int]],
-        ends: Mapping[TaskKey, Exact],
+        ends: Ends,
         passing: Collection[int],
     ) -> _Among | None:
         """What is known of threads, by turn and number, where those that release others end as given; None: one late.
@@ -217,7 +217,7 @@ class Admission:
                 responses[number] = response
         return _Among(tasks, responses)
 
-    def _task(self, number: int, ends: Mapping[TaskKey, Exact]) -> Task:
+    def _task(self, number: int, ends: Ends) -> Task:
         """A thread as a task where those that release it end as given: one object for the same ends.
 
         Others end after their longest time by themselves, for waiting only makes them later.
@@ -226,7 +226,7 @@ class Admission:
         key = number, tuple(ends.get(item) for item in simple.upstream)
         task = self._tasks.get(key)
         if task is None:
-            made = EventModels(simple.stages, dict(ends)).bounded_task(simple.key)
+            made = EventModels(simple.stages, ends).bounded_task(simple.key)
             if made is None or type(made.worst_ns) is not int:
                 raise _NotSimple
             if any(type(time) not in NUMBERS for item in made.streams for time in (item.period_ns, item.jitter_ns)):
