@@ -290,7 +290,7 @@ def _dominant_words(dominant: Dominant) -> str:
     """``ekf_fusion.main_loop, sampling: 20 ms of 42.042 ms (47.6 %)``; several when they tie."""
     rows = listed([f"{row.contributor} ({row.max_method})" for row in dominant.rows])
     if is_unbounded(dominant.total_ns):
-        return f"{rows}, which has no bound."
+        return f"{rows}, which {'has' if len(dominant.rows) == 1 else 'have'} no bound."
     share = readable(Fraction(dominant.part_ns, dominant.total_ns) * 10**6, "ppm", digits=1)
     each = " each" if len(dominant.rows) > 1 else ""
     return f"{rows}, {counted(dominant.part_ns, 'ns')}{each} of {counted(dominant.total_ns, 'ns')} ({share})."
