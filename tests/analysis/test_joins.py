@@ -256,6 +256,22 @@ def test_a_hybrid_join_looks_at_no_room_and_no_order() -> None:
     assert not any("not counted, for" in item for item in dse.check(dse.loads(SLOW_INPUTS)).remarks)
 
 
+def pairing_remarks(text: str) -> list[str]:
+    """What `check` remarks of messages that are paired in the order of their arrival."""
+    return [item for item in dse.check(dse.loads(text)).remarks if "in the order of arrival" in item]
+
+
+def test_drift_is_remarked_on_between_clocks_and_unknown_offsets_on_one() -> None:
+    begin = "fusion pairs messages in the order of arrival, and lidar, cam_l, cam_r run on "
+    (drift,) = pairing_remarks(FUSION)
+    assert drift.startswith(f"{begin}clocks of their own: ")
+    on_one_clock = [(old, new.replace("offset: 0 ms, ", "")) for old, new in ON_ONE_CLOCK]
+    assert pairing_remarks(changed(FUSION, *on_one_clock)) == [
+        f"{begin}one clock with unknown offsets; stating each `offset` may shorten the wait for inputs"
+    ]
+    assert not pairing_remarks(changed(FUSION, *ON_ONE_CLOCK))
+
+
 def test_the_period_of_the_timer_alone_does_not_bound_the_jitter_of_jobs() -> None:
     """Of inputs of different rates: one of 100 waits for one of 99 up to 98, then that one waits for it."""
     arrivals = [range(0, 11_000, 100), range(98, 11_000, 99)]

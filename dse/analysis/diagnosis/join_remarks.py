@@ -45,21 +45,26 @@ def unsaid_joins(space: Space) -> Iterator[str]:
 
 
 def drifting_joins(space: Space) -> Iterator[str]:
-    """Joins of all in which all messages wait, in order, of timers whose clocks may drift apart.
+    """Joins of all in which all messages wait, in order, of timers that may drift apart or have unknown offsets.
 
-    One sentence for each such join, with the two ways to state a bound.
+    One sentence for each such join, with what to state.
     """
     for component in space.components:
         if not may_join(component) or set(leaves(component.pairing)) == {LATEST} or _has_room(space, component):
             continue
-        timers = sorted(_timers(space, component))
-        clocks = {_clock(space.components[number]) or number for number in timers}
+        timers = [space.components[number] for number in sorted(_timers(space, component))]
+        clocks = {_clock(item) or item.name for item in timers}
+        names = first_of([item.stated_as for item in timers], SHOWN)
         if len(clocks) > 1:
-            names = first_of([space.components[number].stated_as for number in timers], SHOWN)
             yield (
                 f"{component.stated_as} pairs messages in the order of arrival, and {names} run on clocks of their "
                 "own: where these drift apart the queue of the faster one grows; state a `queue_size`, or `pairing: "
                 "latest`, for a bound that needs no equal rates"
+            )
+        elif len(timers) > 1 and not all(_has_offset(item) for item in timers):
+            yield (
+                f"{component.stated_as} pairs messages in the order of arrival, and {names} run on one clock with "
+                "unknown offsets; stating each `offset` may shorten the wait for inputs"
             )
 
 
@@ -194,9 +199,14 @@ def _timers(space: Space, component: Component) -> set[int]:
 
 
 def _clock(component: Component) -> str:
-    """The clock on which a component always runs with a known offset; "" where there is none."""
+    """The clock on which a component always runs, with any offset; "" where there is none, or not one for all."""
     readings = set(leaves(component.clock))
-    if None in readings or component.offset_ns is None or None in set(leaves(component.offset_ns)):
+    if None in readings:
         return ""
     names = {reading.name or reading.member for reading in readings}
     return names.pop() if len(names) == 1 else ""
+
+
+def _has_offset(component: Component) -> bool:
+    """Whether the first release of a component on its clock is known in every design."""
+    return component.offset_ns is not None and None not in set(leaves(component.offset_ns))
