@@ -17,7 +17,7 @@ Davis and A. Burns, "Robust priority assignment for messages on Controller Area 
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 from dse.analysis.scheduling.busy_window import CLEARLY, Task
@@ -75,21 +75,83 @@ def is_in_time(
     >>> is_in_time(one, [other], 135, 1), is_in_time(other, [one], 135, 1)
     (True, False)
     """
-    if own.limit_ns is None:
+    return LastOf((own, *urgent), blocked_ns, bit_ns, faults).is_in_time(own)
+
+
+class LastOf:
+    """Some messages of which one is the last, behind a frame of `blocked_ns`: whether it meets its deadline there.
+
+    Where all come by one plain stream each, of whole ns, what they take is summed up once, by periods and jitters.
+    """
+
+    def __init__(
+        self, members: Iterable[Candidate], blocked_ns: Exact, bit_ns: Exact, faults: Task | None = None
+    ) -> None:
+        self.members, self.blocked_ns, self.bit_ns = tuple(members), blocked_ns, bit_ns
+        self.tasks = [item.task for item in self.members if item.task is not None]
+        self.faults = with_frame(faults, max(item.section_ns for item in self.members))
+        self.work: dict[tuple[int, int], Exact] | None = {}
+        for task in self.tasks:
+            if not _is_plain(task):
+                self.work = None
+                break
+            key = task.streams[0].period_ns, int(task.streams[0].jitter_ns)
+            self.work[key] = self.work.get(key, 0) + task.worst_ns
+
+    def is_in_time(self, own: Candidate) -> bool:
+        """Whether one of the messages meets its deadline as the last of them; one without a deadline always does."""
+        if own.limit_ns is None:
+            return True
+        if own.task is None or len(self.tasks) < len(self.members) or own.task.worst_ns > own.limit_ns:
+            return False
+        if self.work is not None:
+            found = self._is_soon(own.task, own.last_ns, own.limit_ns, self.work)
+            if found is not None:
+                return found
+        others = [item.task for item in self.members if item is not own and item.task is not None]
+        window = Arbitrated(own.task, tuple(others), self.blocked_ns, own.last_ns, self.bit_ns, self.faults)
+        response = window.response_ns()
+        return response is not None and response <= own.limit_ns
+
+    def _is_soon(self, own: Task, last: Exact, limit: Exact, work: Mapping[tuple[int, int], Exact]) -> bool | None:
+        """Whether each job of the busy period ends in time (`Arbitrated`); None where the bus is all but full."""
+        used = sum(float(total / period) for (period, _), total in work.items())
+        used += 0 if self.faults is None else float(self.faults.utilisation)
+        if used > 1 - CLEARLY:
+            return False if used > 1 + CLEARLY else None
+        period, jitter = own.streams[0].period_ns, int(own.streams[0].jitter_ns)
+        others = {**work, (period, jitter): work[period, jitter] - own.worst_ns}
+        busy = self._least(self.blocked_ns + own.worst_ns, self.blocked_ns, 0, 0, work)
+        start: Exact = 0
+        count = 0
+        while not count or count * period - jitter < busy:
+            release = max(0, count * period - jitter)
+            before = self.blocked_ns + (count + 1) * own.worst_ns - last
+            start = self._least(max(before, start), before, self.bit_ns, last, others)
+            if start + last - release > limit:
+                return False
+            count += 1
         return True
-    before = list(urgent)
-    tasks = [item.task for item in before]
-    if own.task is None or any(item is None for item in tasks) or own.task.worst_ns > own.limit_ns:
+
+    def _least(self, time: Exact, once: Exact, bit: Exact, last: Exact, work: Mapping[tuple[int, int], Exact]) -> Exact:
+        """The least time, no sooner than `time`, by which `once` and all that comes until a bit later is done.
+
+        Faults count until the `last` frame that begins then is over.
+        """
+        faulty = work_of(self.faults)
+        while True:
+            needed = once + faulty(time + last)
+            needed += sum(-(-(time + bit + jitter) // period) * total for (period, jitter), total in work.items())
+            if needed <= time:
+                return time
+            time = needed
+
+
+def _is_plain(task: Task) -> bool:
+    """Whether a message comes by one stream, of a period and jitter in whole ns, and no later by a separation."""
+    if len(task.streams) != 1 or task.separation_ns is not None:
         return False
-    known = [item for item in tasks if item is not None]
-    hits = with_frame(faults, max(item.section_ns for item in (own, *before)))
-    quick = _Quick.of(own.task, known, hits)
-    if quick is not None:
-        found = quick.is_in_time(own.last_ns, blocked_ns, bit_ns, own.limit_ns)
-        if found is not None:
-            return found
-    response = Arbitrated(own.task, tuple(known), blocked_ns, own.last_ns, bit_ns, hits).response_ns()
-    return response is not None and response <= own.limit_ns
+    return type(task.streams[0].period_ns) is int and type(task.streams[0].jitter_ns) is int
 
 
 def tolerated_ns(
@@ -116,65 +178,6 @@ def tolerated_ns(
         middle = (low + high) // 2
         low, high = (middle, high) if tolerates(middle) else (low, middle)
     return low
-
-
-@dataclass(frozen=True, slots=True)
-class _Quick:
-    """A message with one stream of whole ns, and the work of more urgent ones by their period and jitter."""
-
-    worst: Exact
-    period: int
-    jitter: int
-    streams: tuple[tuple[int, int, Exact], ...]
-    faults: Task | None
-
-    @staticmethod
-    def of(own: Task, urgent: Sequence[Task], faults: Task | None) -> _Quick | None:
-        """The data of the quick test; None where some messages are released otherwise than by one plain stream."""
-        if any(len(item.streams) != 1 or item.separation_ns is not None for item in (own, *urgent)):
-            return None
-        work: dict[tuple[int, Exact], Exact] = {}
-        for item in urgent:
-            key = item.streams[0].period_ns, item.streams[0].jitter_ns
-            work[key] = work.get(key, 0) + item.worst_ns
-        (stream,) = own.streams
-        if any(type(time) is not int for key in (*work, (stream.period_ns, stream.jitter_ns)) for time in key):
-            return None
-        streams = tuple((period, int(jitter), total) for (period, jitter), total in work.items())
-        return _Quick(own.worst_ns, stream.period_ns, int(stream.jitter_ns), streams, faults)
-
-    def is_in_time(self, last: Exact, blocked: Exact, bit: Exact, limit: Exact) -> bool | None:
-        """Whether each job of the busy period ends in time (`Arbitrated`); None where the bus is all but full."""
-        used = float(self.worst / self.period) + sum(float(work / period) for period, _, work in self.streams)
-        used += 0 if self.faults is None else float(self.faults.utilisation)
-        if used > 1 - CLEARLY:
-            return False if used > 1 + CLEARLY else None
-        busy = self._least(blocked + self.worst, blocked, 0, 0, own=True)
-        start: Exact = 0
-        count = 0
-        while not count or count * self.period - self.jitter < busy:
-            release = max(0, count * self.period - self.jitter)
-            before = blocked + (count + 1) * self.worst - last
-            start = self._least(max(before, start), before, bit, last, own=False)
-            if start + last - release > limit:
-                return False
-            count += 1
-        return True
-
-    def _least(self, time: Exact, once: Exact, bit: Exact, last: Exact, *, own: bool) -> Exact:
-        """The least time, no sooner than `time`, by which `once` and all that comes until a bit later is done.
-
-        Faults count until the `last` frame that begins then is over.
-        """
-        faulty = work_of(self.faults)
-        while True:
-            needed = once + faulty(time + last)
-            needed += sum(-(-(time + bit + jitter) // period) * work for period, jitter, work in self.streams)
-            if own:
-                needed += -(-(time + self.jitter) // self.period) * self.worst
-            if needed <= time:
-                return time
-            time = needed
 
 
 @dataclass(frozen=True)
@@ -239,9 +242,10 @@ def assigned(
         options.sort(key=turn)
         left = [*free, *(place for _, place in stated)]
 
-        def may_be_last(place: int, left: Sequence[int] = left, blocked: Exact = blocked) -> bool:
-            others = (candidates[other] for other in left if other != place)
-            return is_in_time(candidates[place], others, blocked, bit_ns, faults)
+        last_of = LastOf((candidates[place] for place in left), blocked, bit_ns, faults)
+
+        def may_be_last(place: int, last_of: LastOf = last_of) -> bool:
+            return last_of.is_in_time(candidates[place])
 
         in_time = filter(may_be_last, options)
         if rule == "robust":

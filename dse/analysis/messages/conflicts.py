@@ -15,7 +15,7 @@ from functools import cached_property
 
 from dse.analysis.binding import frame_numbers
 from dse.analysis.memo import Recall
-from dse.analysis.messages.assignment import Candidate, assigned, is_in_time
+from dse.analysis.messages.assignment import Candidate, LastOf, assigned
 from dse.analysis.messages.stages import (
     bus_of,
     candidate_of,
@@ -82,13 +82,14 @@ class Conflict:
         bit, faults = identifier_range(space, self.bus, view)[0], faults_on(space, self.bus, view)
         blocked = 0 if self.blocker is None else known[self.blocker].section_ns
         highest = max((self.numbers.get(number, -1) for number in self.placed), default=-1)
+        placed = [known[number] for number in self.placed]
+        last_of = LastOf(placed, blocked, bit, faults)
+        free_last = LastOf([*placed, *(known[other] for other in self.behind)], blocked, bit, faults)
         ordered = set()
         for number in reversed(self.group):
             if number in self.kept:
                 continue
-            others = [known[other] for other in self.placed if other != number]
-            others += [known[other] for other in self.behind if number not in self.numbers]
-            if is_in_time(known[number], others, blocked, bit, faults):
+            if (last_of if number in self.numbers else free_last).is_in_time(known[number]):
                 if self.numbers.get(number, highest) >= highest:
                     return None
                 ordered.add(number)
@@ -241,15 +242,14 @@ class _Shrinking:
         blocker = self._blocker(group)
         blocked = 0 if blocker is None else self.candidates[blocker].section_ns
         highest = max(map(self._number, group))
+        members = [self.candidates[place] for place in group]
+        last_of = LastOf(members, blocked, bit, faults)
+        behind = [self.candidates[other] for other in self._behind(group)] if with_behind else []
+        free_last = LastOf([*members, *behind], blocked, bit, faults)
         for place in reversed(group):
-            if -1 < self._number(place) < highest:
+            if -1 < self._number(place) < highest or not last_of.is_in_time(self.candidates[place]):
                 continue
-            others = [self.candidates[other] for other in group if other != place]
-            if not is_in_time(self.candidates[place], others, blocked, bit, faults):
-                continue
-            behind = self._behind(group) if with_behind and self._number(place) < 0 else []
-            others += [self.candidates[other] for other in behind]
-            if not behind or is_in_time(self.candidates[place], others, blocked, bit, faults):
+            if self._number(place) >= 0 or free_last.is_in_time(self.candidates[place]):
                 return False
         return True
 
