@@ -24,7 +24,7 @@ from dse.support.files.reading import UnreadableFileError, read_bytes
 from dse.support.files.xml import xml_text
 from dse.support.units import UnitError, format_bandwidth, format_rate, parse_bandwidth_bps, parse_duration_ns
 from dse.support.units.table import Rounding
-from dse.support.units.text import first_of
+from dse.support.units.text import Hexadecimal, first_of
 
 MOST_BYTES = 64_000_000
 XML = ("kcd", "arxml")
@@ -276,7 +276,7 @@ class _Reader:
             said.append(f"received by {', '.join(receivers)}")
         body["bus"] = message.bus_name or "can0"
         if body["bus"] not in self.unordered:
-            body["identifier"] = message.frame_id
+            body["identifier"] = Hexadecimal(message.frame_id)
         body["source"] = f"{self.path.name}{f':{line}' if line else ''}: {'; '.join(said)}"[:1000]
         return body
 

@@ -70,6 +70,7 @@ def test_a_database_is_a_problem_with_sizes_rates_senders_and_receivers(tmp_path
     assert bus.shares == {name: Fraction(wire[name], 8) * rate for name, rate in rates.items()}
     assert bus.capacity == Fraction(250_000, 8)
     assert "identifier 0x123; received by Brake, Gateway" in found.text
+    assert "\n    identifier: 0x123\n" in found.text
     assert {body.get("identifier") for body in found.document["connections"].values()} != {None}
     [(_, messages)] = dse.analyse(problem).messages.items()
     assert [item.identifier for item in messages] == sorted(item.identifier or 0 for item in messages)

@@ -7,6 +7,8 @@ import re
 from collections.abc import Iterator, Mapping
 from typing import Any
 
+from dse.support.units.text import Hexadecimal
+
 _PLAIN = re.compile(r"[A-Za-z_][\w.%+-]*( [\w.%+-]+)*|[0-9]+(\.[0-9]+)?( ?[A-Za-z%/]+)+")
 _RESERVED = re.compile(r"(?i)true|false|null|yes|no|on|off|y|n|[0-9.]+e[0-9]+")
 
@@ -66,4 +68,6 @@ def _flow(value: Any) -> str:
     """A scalar, a list of scalars or an empty collection in one line."""
     if isinstance(value, list):
         return f"[{', '.join(map(_flow, value))}]"
+    if isinstance(value, Hexadecimal):
+        return f"{value}"
     return yaml_text(value) if isinstance(value, str) else json.dumps(value)

@@ -170,6 +170,18 @@ def first_of(items: Sequence[str], most: int, aside: str = "", join: str = ", ")
     return join.join(items[:most]) + (f" and {left} more{aside}" if left > 0 else "")
 
 
+class Hexadecimal(int):
+    """A whole number that is written in hexadecimal where the format of a file has both forms.
+
+    >>> f"{Hexadecimal(513)}", Hexadecimal(513) == 513
+    ('0x201', True)
+    """
+
+    def __format__(self, form: str) -> str:
+        """The number in `form`; in hexadecimal where none is stated."""
+        return super().__format__(form or "#x")
+
+
 def count_words(count: int, noun: str) -> str:
     """A count and what is counted.
 
