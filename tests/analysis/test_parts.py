@@ -260,7 +260,8 @@ def test_earlier_jobs_and_what_is_over_are_told(tmp_path: Path, capsys: pytest.C
     row = json.loads(capsys.readouterr().out)["response_times"]["cpu"][1]
     assert (row["response_ns"], row["earlier_ns"], row["over_ns"]) == (118 * MS, 248 * MS, 400 * MS)
     assert row["interference"] == [{"thread": "a", "jobs": 8, "work_ns": 208 * MS}]
-    run(["analyse", str(path), "--response-times"])
-    printed = " ".join(capsys.readouterr().out.split())
-    for words in ("4 earlier jobs (248 ms)", "8 x a", "400 ms are over when it is released"):
+    page = tmp_path / "page.md"
+    run(["analyse", str(path), "--response-times", "--report", str(page)])
+    printed = page.read_text(encoding="utf-8")
+    for words in ("4 earlier jobs (248 ms)", "8 jobs of a", "400 ms are over when it is released"):
         assert words in printed

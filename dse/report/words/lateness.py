@@ -15,6 +15,7 @@ from dse.analysis.terms import PPM
 from dse.answers.tables.display import readable
 from dse.report.amounts import listed
 from dse.support.units import Exact
+from dse.support.units.text import count_words
 
 DIGITS = 6
 MOST_SHORTER = 4
@@ -30,8 +31,8 @@ MOST_DELAYS = 6
 def late_words(late: Late) -> str:
     """The reason why a thread is late, and the shorter times that would be enough.
 
-    ``b ends 4 ms late on core 1 of p: 8 ms of its own, behind 2 x a (8 ms); in time with 4 ms less of b each time, or
-    2 ms less of a``.
+    ``b ends 4 ms late on core 1 of p: 8 ms of its own, behind 2 jobs of a (8 ms); in time with 4 ms less of b each
+    time, or 2 ms less of a``.
     """
     where = _place(late.processor, late.core, is_served=late.processor in (late.executor, *late.accelerators))
     begin = f"{late.thread} has no bound" if late.limit_ns is None else f"{late.thread} ends late without a bound"
@@ -99,7 +100,7 @@ def _place(processor: str, core: int, *, is_served: bool) -> str:
 def _wait_words(waits: Sequence[Wait], *, told: bool) -> Iterator[str]:
     """What goes before jobs, place by place, where something does; where it does so is `told`.
 
-    ``1 x a (2 ms), 3 x b (6 ms) on g``.
+    ``1 job of a (2 ms), 3 jobs of b (6 ms) on g``.
     """
     places: dict[tuple[str, int, bool], list[Wait]] = {}
     for item in waits:
@@ -114,19 +115,18 @@ def _wait_words(waits: Sequence[Wait], *, told: bool) -> Iterator[str]:
 def _parts(waits: Sequence[Wait]) -> Iterator[str]:
     earlier = sum(item.earlier_jobs for item in waits)
     if earlier:
-        jobs_words = "1 earlier job" if earlier == 1 else f"{earlier} earlier jobs"
-        yield f"{jobs_words} of its own ({_time(sum(item.earlier_ns for item in waits))})"
+        yield f"{count_words(earlier, 'earlier job')} of its own ({_time(sum(item.earlier_ns for item in waits))})"
     delays: dict[str, Delay] = {}
     for item in (one for wait in waits for one in wait.delays):
         before = delays.get(item.name, Delay(item.name, 0, 0))
         delays[item.name] = Delay(item.name, before.jobs + item.jobs, before.work_ns + item.work_ns)
     longest = sorted(delays.values(), key=lambda item: -item.work_ns)[:MOST_DELAYS]
     for item in (item for item in delays.values() if item in longest):
-        yield f"{item.jobs} x {item.name} ({_time(item.work_ns)})"
+        yield f"{count_words(item.jobs, 'job')} of {item.name} ({_time(item.work_ns)})"
     others = [item for item in delays.values() if item not in longest]
     if others:
         jobs, work = sum(item.jobs for item in others), sum(item.work_ns for item in others)
-        yield f"{jobs} jobs of {len(others)} others ({_time(work)})"
+        yield f"{count_words(jobs, 'job')} of {len(others)} others ({_time(work)})"
     for name in dict.fromkeys(item.blocked_by for item in waits if item.blocked_ns):
         blocked = [item.blocked_ns for item in waits if item.blocked_by == name and item.blocked_ns]
         times = f"{len(blocked)} times the" if len(blocked) > 1 else "the"
@@ -151,8 +151,8 @@ def _enough(late: Late) -> str:
 def delayed_words(delayed: Delayed) -> str:
     """The waits of threads that a requirement counts, and the single shorter times that would meet it.
 
-    ``nav waits 4 ms on core 1 of p, behind 1 x fast (4 ms); latency of f <= 27 ms holds with 2 ms less of fast each
-    time``; where no such time is known ``for latency of f <= 27 ms nav waits ...``.
+    ``nav waits 4 ms on core 1 of p, behind 1 job of fast (4 ms); latency of f <= 27 ms holds with 2 ms less of fast
+    each time``; where no such time is known ``for latency of f <= 27 ms nav waits ...``.
     """
     phrases = []
     for item in delayed.waiting[:MOST_WAITING]:

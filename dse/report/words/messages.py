@@ -15,6 +15,7 @@ from dse.report.amounts import listed
 from dse.report.page import Table, Timeline
 from dse.report.words.scheduling import GROWS, busy_timeline, deadline_cells, in_ms, no_bound_words
 from dse.space.model.space import Design, Space
+from dse.support.units.text import count_words
 
 HEADINGS = (
     "message", "identifier", "priority", "transmission", "queued", "response time", "deadline", "", "slack", "blocked",
@@ -115,14 +116,16 @@ def _waits_for(item: MessageResponse) -> str:
     if item.response_ns is None:
         return GROWS
     first = sorted(item.interference, key=lambda one: -one.work_ns)
-    waits = [f"{one.jobs} x {one.name} ({in_ms(one.work_ns)})" for one in first[:MOST_NAMED]]
+    waits = [
+        f"{count_words(one.jobs, 'transmission')} of {one.name} ({in_ms(one.work_ns)})" for one in first[:MOST_NAMED]
+    ]
     if len(first) > MOST_NAMED:
         work = sum(one.work_ns for one in first[MOST_NAMED:])
         waits.append(f"{len(first) - MOST_NAMED} more ({in_ms(work)})")
     if item.earlier_ns:
-        waits.insert(0, f"earlier ones of its own ({in_ms(item.earlier_ns)})")
+        waits.insert(0, f"earlier transmissions of its own ({in_ms(item.earlier_ns)})")
     if item.faults:
-        waits.append(f"{item.faults} {'fault' if item.faults == 1 else 'faults'} ({in_ms(item.faults_ns)})")
+        waits.append(f"{count_words(item.faults, 'fault')} ({in_ms(item.faults_ns)})")
     if item.over_ns:
         waits.append(f"of which {in_ms(item.over_ns)} are over at its arrival")
     return ", ".join(waits)
@@ -146,8 +149,9 @@ def identifier_words(space: Space, design: Design) -> list[str]:
 def late_message_words(late: LateMessage) -> str:
     """The reason why a message is late: messages before it, and an identifier or priority that would be early enough.
 
-    ``m3 (0x13) ends 0.7 ms late on b: 0.54 ms of its own, behind 2 x m0 (1.08 ms); in time right before m1, with 0x10``
-    In a flow that misses its limit: ``m3 (0x13) waits 1.08 ms for b, behind 2 x m0 (1.08 ms); 0.7 ms less right …``
+    ``m3 (0x13) ends 0.7 ms late on b: 0.54 ms of its own, behind 2 transmissions of m0 (1.08 ms); in time
+    right before m1, with 0x10``. In a flow that misses its limit: ``m3 (0x13) waits 1.08 ms for b, behind 2
+    transmissions of m0 (1.08 ms); 0.7 ms less right before …``.
     """
     item = late.message
     name = _named(item) if item.identifier is None else f"{_named(item)} ({item.identifier:#x})"

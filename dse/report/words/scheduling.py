@@ -11,6 +11,7 @@ from dse.answers.tables.display import readable
 from dse.report.amounts import listed
 from dse.report.page import Lane, Table, Timeline
 from dse.support.units import Exact
+from dse.support.units.text import count_words
 
 SAID = {None: "", True: "met", False: "MISSED"}
 
@@ -141,10 +142,10 @@ def _waits_for(item: Response) -> str:
     """
     if item.response_ns is None:
         return _endless_words(item)
-    waits = [f"{delay.jobs} x {delay.name} ({in_ms(delay.work_ns)})" for delay in item.delays]
+    waits = [f"{count_words(delay.jobs, 'job')} of {delay.name} ({in_ms(delay.work_ns)})" for delay in item.delays]
     earlier, over = item.parts.earlier_jobs, item.parts.over_ns
     if earlier:
-        waits.insert(0, f"{earlier} earlier {'job' if earlier == 1 else 'jobs'} ({in_ms(item.parts.earlier_ns)})")
+        waits.insert(0, f"{count_words(earlier, 'earlier job')} ({in_ms(item.parts.earlier_ns)})")
     if item.before_ns:
         waits.insert(0, f"its earlier pieces ({in_ms(item.before_ns)})")
     if over:

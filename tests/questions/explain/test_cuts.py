@@ -154,8 +154,8 @@ def test_a_kernel_that_is_too_long(serves: str) -> None:
     data = gpu(serves, 116, {"period": "33 ms"})
     enough = "in time with 98 ms less of Detection (piece 2) each time"
     behind = (
-        "behind 1 x Detection (piece 2) (116 ms) on g: a job would end 131 ms after its release, at the least, and has "
-        "to end before the next one, 33 ms after it"
+        "behind 1 job of Detection (piece 2) (116 ms) on g: a job would end 131 ms after its release, at the least, "
+        "and has to end before the next one, 33 ms after it"
     )
     assert words_of(data) == [
         f"Detection ends late without a bound on core 2 of p because SFM has none; {enough}",
@@ -174,9 +174,9 @@ def test_segments_with_a_bound() -> None:
     """3 + 18 + 8 + 4 = 33 ms of 30 ms."""
     [said] = words_of(gpu("fifo", 18, {"period": "40 ms", "deadline": "30 ms"}))
     assert said == (
-        "SFM ends 3 ms late on core 1 of p: 15 ms of its own, behind 1 x Detection (piece 2) (18 ms) on g; in time "
-        "with 3 ms less of SFM (piece 2) each time, or 3 ms less of SFM (piece 3) each time, or 3 ms less of Detection "
-        "(piece 2) each time"
+        "SFM ends 3 ms late on core 1 of p: 15 ms of its own, behind 1 job of Detection (piece 2) (18 ms) on g; in "
+        "time with 3 ms less of SFM (piece 2) each time, or 3 ms less of SFM (piece 3) each time, or 3 ms less of "
+        "Detection (piece 2) each time"
     )
 
 
@@ -192,8 +192,8 @@ def test_segments_that_are_bounded_by_their_core_alone() -> None:
     data["processors"]["g"] = {"type": "gpu"}
     [said] = words_of(data)
     assert said.startswith(
-        "y ends 1 ms late on core 1 of p: 19 ms of its own, behind 1 x x (piece 2) (8 ms) on g; "
-        "1 x x (piece 1) (2 ms), 2 x x (piece 3) (2 ms) on core 1 of p; in time with "
+        "y ends 1 ms late on core 1 of p: 19 ms of its own, behind 1 job of x (piece 2) (8 ms) on g; "
+        "1 job of x (piece 1) (2 ms), 2 jobs of x (piece 3) (2 ms) on core 1 of p; in time with "
     )
 
 
@@ -208,7 +208,9 @@ def test_an_executor(kind: str) -> None:
         },
     )
     enough = "in time with 1 ms less of ctrl each time, or 1 ms less of map each time"
-    assert words_of(data) == [f"ctrl ends 1 ms late on core 1 of p: 2 ms of its own, behind 1 x map (9 ms); {enough}"]
+    assert words_of(data) == [
+        f"ctrl ends 1 ms late on core 1 of p: 2 ms of its own, behind 1 job of map (9 ms); {enough}"
+    ]
 
 
 def test_an_earlier_job_of_its_own() -> None:
@@ -225,8 +227,8 @@ def test_an_earlier_job_of_its_own() -> None:
         }  # fmt: skip
     late = late_in(data)["C"]
     assert late_words(late).partition("; in time with ")[0] == (
-        "C ends 0.25 ms late on p: 1 ms of its own, behind 1 earlier job of its own (1 ms), 3 x A (3 ms), "
-        "2 x B (2 ms), of which 3.5 ms are over when it is released"
+        "C ends 0.25 ms late on p: 1 ms of its own, behind 1 earlier job of its own (1 ms), 3 jobs of A (3 ms), "
+        "2 jobs of B (2 ms), of which 3.5 ms are over when it is released"
     )
     [wait] = late.waits
     assert wait.response_ns == 3.5 * MS
@@ -247,8 +249,8 @@ def test_a_section_of_a_less_urgent_thread() -> None:
     data = problem(threads=threads)
     [late] = late_in(data).values()
     assert late_words(late) == (
-        "bc_dist ends 37.5 ms late on core 1 of p: 25 ms of its own, behind 1 x bc_sched (25 ms), the 75 ms section of "
-        "meteo that has begun; in time with 37.5 ms less of the section of meteo"
+        "bc_dist ends 37.5 ms late on core 1 of p: 25 ms of its own, behind 1 job of bc_sched (25 ms), the 75 ms "
+        "section of meteo that has begun; in time with 37.5 ms less of the section of meteo"
     )
     assert late.shorter == (Shorter("meteo", 37_500_000, section=True),)
     assert late.waits[0].blocked_by == "meteo"

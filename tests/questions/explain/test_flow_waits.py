@@ -29,7 +29,7 @@ def told(data: dict[str, Any]) -> str:
 def test_contention_in_a_latency() -> None:
     """20 + 5 + 4 ms: 2 ms less of either is enough, and no less is."""
     enough = "latency of f <= 27 ms holds with 2 ms less of nav each time, or 2 ms less of fast each time"
-    assert f"nav waits 4 ms behind 1 x fast (4 ms) on core 1 of pc; {enough}" in told(PROBLEM)
+    assert f"nav waits 4 ms behind 1 job of fast (4 ms) on core 1 of pc; {enough}" in told(PROBLEM)
     [relaxation] = dse.explain(PROBLEM).to_dict()["relaxations"]
     [delayed] = relaxation["delayed"]
     assert delayed["requirement"] == "latency of f <= 27 ms"
@@ -51,7 +51,7 @@ def test_threads_in_a_row_wait_together() -> None:
     data["threads"]["act"] = {"processor": "pc", "dispatch_protocol": "aperiodic", "compute_execution_time": "1 ms"}
     data["connections"]["c2"] = {"from": "nav", "to": "act"}
     data["flows"]["f"]["path"].append("act")
-    assert "nav and act wait together 4 ms behind 1 x fast (4 ms) on core 1 of pc" in told(data)
+    assert "nav and act wait together 4 ms behind 1 job of fast (4 ms) on core 1 of pc" in told(data)
 
 
 def test_nothing_waits_in_a_latency() -> None:
@@ -66,7 +66,7 @@ def test_nothing_waits_in_a_latency() -> None:
 
 def test_who_waits_is_told_of_a_limit_that_no_single_time_keeps() -> None:
     data = deepcopy(PROBLEM) | {"requirements": ["latency of f <= 19 ms"]}
-    assert "for latency of f <= 19 ms nav waits 4 ms behind 1 x fast (4 ms) on core 1 of pc" in told(data)
+    assert "for latency of f <= 19 ms nav waits 4 ms behind 1 job of fast (4 ms) on core 1 of pc" in told(data)
 
 
 def test_a_thread_of_a_flow_without_a_bound() -> None:

@@ -69,7 +69,7 @@ def test_what_is_said_of_a_late_thread() -> None:
     others = {"a": "period: 10 ms", "b": "period: 20 ms, deadline: 12 ms"}
     text = text_of(works, others)
     said = (
-        "b ends 4 ms late on core 1 of p: 8 ms of its own, behind 2 x a (8 ms); "
+        "b ends 4 ms late on core 1 of p: 8 ms of its own, behind 2 jobs of a (8 ms); "
         "in time with 2 ms less of b each time, or 2 ms less of a each time"
     )
     assert [late_words(item) for item in found(text).values()] == [said]
@@ -89,7 +89,7 @@ def test_without_a_bound_and_in_an_executor() -> None:
     ).replace("processor: p, compute", "executor: node, compute").replace(HEAD, "")
     [late] = found(HEAD + node).values()
     assert late_words(late) == (
-        "a ends 1 ms late on core 1 of p: 4 ms of its own, behind 1 x b (5 ms); "
+        "a ends 1 ms late on core 1 of p: 4 ms of its own, behind 1 job of b (5 ms); "
         "in time with 1 ms less of a each time, or 1 ms less of b each time"
     )
 
