@@ -144,7 +144,7 @@ def test_mistakes(edit: tuple[str, str], message: str) -> None:
     ("deadline", "said"),
     [
         ("1 ms", "; in time with priority 5"),
-        ("0.12 ms", "; late with any priority while the others keep theirs"),
+        ("0.12 ms", "; late with every priority while the others keep theirs"),
     ],
 )
 def test_the_priority_that_would_do(deadline: str, said: str) -> None:

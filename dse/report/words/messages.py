@@ -168,16 +168,17 @@ def late_message_words(late: LateMessage) -> str:
 
 
 def _would_do(late: LateMessage) -> str:
-    in_time, not_enough = "in time", "late"
+    kind = "identifier" if late.message.priority is None else "priority"
+    in_time, not_enough = "in time", f"late with every {kind} while the others keep theirs"
     if late.flow and late.late_ns is not None:
-        in_time, not_enough = f"{in_ms(late.late_ns)} less", f"not {in_ms(late.late_ns)} less"
+        in_time = f"{in_ms(late.late_ns)} less"
+        not_enough = f"no {kind} saves {in_ms(late.late_ns)} while the others keep theirs"
     if late.message.priority is not None:
         if late.priority is None:
-            return f"; {not_enough} with any priority while the others keep theirs"
+            return f"; {not_enough}"
         return f"; {in_time} with priority {late.priority}{_but_late(late)}"
     if late.before is None:
-        whichever = "with any identifier while the others keep theirs"
-        return "" if late.message.identifier is None else f"; {not_enough} {whichever}"
+        return "" if late.message.identifier is None else f"; {not_enough}"
     free = "" if late.identifier is None else f", with {late.identifier:#x} for example"
     return f"; {in_time} right before {late.before}{free}{_but_late(late)}"
 
