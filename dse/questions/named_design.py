@@ -50,6 +50,8 @@ def named_design(problem: Problem, texts: Sequence[str]) -> NamedDesign:
         when a result cannot be read, has no such alternative, or its decisions or question do not fit the problem.
     """
     own = [text for text in texts if design_reference(text) is None]
+    for text in own:
+        _check_form(text)
     references = [reference for text in texts if (reference := design_reference(text)) is not None]
     if len(references) > 1:
         raise UsageError("a design is one alternative of one result, and decisions on top of it: two are named")
@@ -86,6 +88,17 @@ def design_reference(text: str) -> tuple[str, str] | None:
         with suppress(OSError, ValueError):  # a text that cannot be a path
             is_named = Path(path).is_file()
     return (path, number) if mark and is_named else None
+
+
+def _check_form(text: str) -> None:
+    """Fail for a text that is neither an alternative of a result nor a decision with its option."""
+    path, mark, number = text.rpartition("#")
+    if "=" in text or ":" in text:
+        return
+    expected = "expected RESULT.json#ID or DECISION = OPTION"
+    if mark and number.strip().isdecimal():
+        raise UsageError(f"{text!r}: {expected}; there is no file {path!r}")
+    raise UsageError(f"{text!r}: {expected}")
 
 
 def _name(text: str) -> str:

@@ -161,7 +161,7 @@ def test_a_design_is_one_alternative(plant: Path, solved: Path, capsys: pytest.C
 
 
 def test_a_result_may_have_any_name(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """`FILE#ID` names a design of any file that is there; where there is none a decision is expected."""
+    """`FILE#ID` names a design of any file that is there; where there is none both forms are said."""
     result = tmp_path / "found.result"
     starter = str(example_path("starter"))
     result.write_text(dse.solve(starter).to_json(), "utf-8")
@@ -169,4 +169,7 @@ def test_a_result_may_have_any_name(tmp_path: Path, capsys: pytest.CaptureFixtur
     assert f"design #1 of {result}" in capsys.readouterr().out
     assert run(["compare", f"{result}#1", f"{result}#2"]) == 0
     assert run(["analyse", starter, "--design", f"{tmp_path}/none#1"]) == 2
-    assert "expected NAME = VALUE" in capsys.readouterr().err
+    said = capsys.readouterr().err
+    assert "expected RESULT.json#ID or DECISION = OPTION; there is no file" in said and "none'" in said
+    assert run(["analyse", starter, "--design", str(result)]) == 2
+    assert f"{str(result)!r}: expected RESULT.json#ID or DECISION = OPTION" in capsys.readouterr().err
