@@ -29,6 +29,7 @@ from dse.analysis.usage import busy_terms, load_terms, payload_terms, utilisatio
 from dse.analysis.views import View
 from dse.answers.base import Answer
 from dse.answers.contention_verdicts import Contended
+from dse.answers.designs import numbered_texts
 from dse.answers.question_data import OF_SPACE
 from dse.answers.result import decisions_of
 from dse.answers.tables.frames import unit_frame
@@ -279,6 +280,11 @@ class Analysis(Answer):
         Names of metrics to mappings with ``value`` (exact) and ``unit``, in the form of JSON.
         """
         return {name: {"value": value, "unit": self.metric_units[name]} for name, value in self.metrics.items()}
+
+    @property
+    def numbered_decisions(self) -> Mapping[str, str]:
+        """The decisions for readers, ``any (0xff)`` where a message takes any free identifier."""
+        return self.decisions if self.breaches else numbered_texts(self.space, self.decisions, self.design)
 
     @property
     def overheads(self) -> Mapping[str, Sequence[str]]:

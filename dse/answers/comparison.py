@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeAlias
 from dse.analysis.measures import all_metrics
 from dse.answers.analysis import Analysis
 from dse.answers.base import Answer
-from dse.answers.designs import Point
+from dse.answers.designs import Point, numbered_texts
 from dse.answers.ranking.core_numbering import numbered_like
 from dse.answers.result import ObjectiveInfo, Result, decisions_of
 from dse.answers.tables.display import scaled_unit
@@ -293,10 +293,11 @@ def compare_results(names: tuple[str, str], one: Result, other: Result) -> Resul
 
 def _decisions(one: Analysis, other: Analysis) -> tuple[ComparedLine, ...]:
     """Decision by decision; cores that the same threads share are the same by any number."""
-    lines = _lines(one.decisions, other.decisions)
+    lines = _lines(one.numbered_decisions, other.numbered_decisions)
     if one.space.decisions != other.space.decisions or one.breaches or other.breaches:
         return lines
-    alike = decisions_of(one.space, numbered_like(one.space, other.design, one.design))
+    design = numbered_like(one.space, other.design, one.design)
+    alike = numbered_texts(one.space, decisions_of(one.space, design), design)
     return tuple(
         line if alike.get(line.name) == line.other else replace(line, renumbered=alike[line.name]) for line in lines
     )

@@ -171,6 +171,18 @@ def with_numbers(space: Space, point: Point) -> dict[str, str]:
     return chosen
 
 
+def numbered_texts(space: Space, decisions: Mapping[str, str], design: Design) -> dict[str, str]:
+    """The decisions of a design for readers: ``any (0xff)`` where a message takes any free identifier.
+
+    Names of decisions to texts, in the order of `decisions`; for what is read back, `decisions` itself has the options.
+    """
+    if "any" not in decisions.values():
+        return dict(decisions)
+    numbers = {f"{name}.identifier": number for name, number in named_identifiers(space, design).items()}
+    is_numbered = {name for name, text in decisions.items() if text == "any" and name in numbers}
+    return {name: f"{text} ({numbers[name]})" if name in is_numbered else text for name, text in decisions.items()}
+
+
 @dataclass(frozen=True)
 class ListedPoint:
     """A point of the front as JSON has it: the design that stands for it.

@@ -61,6 +61,12 @@ class Example:
     shorter: tuple[Shorter, ...] = ()
     late_messages: tuple[LateMessage, ...] = ()
     conditions: tuple[str, ...] = ()
+    numbered: Decisions = field(default_factory=dict)
+
+    @property
+    def shown(self) -> Decisions:
+        """The decisions for readers, with the number of each identifier ``any`` where it was looked up."""
+        return self.numbered or self.design
 
     @property
     def broken_texts(self) -> list[str]:

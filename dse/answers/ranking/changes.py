@@ -7,8 +7,9 @@ from dataclasses import dataclass
 
 from dse.analysis.measures import changed_decisions
 from dse.analysis.views import View
+from dse.answers.designs import numbered_texts
 from dse.answers.ranking.core_numbering import numbered_like
-from dse.answers.result import ObjectiveInfo
+from dse.answers.result import ObjectiveInfo, decisions_of
 from dse.space.model.metric_kinds import asks_for_changes
 from dse.space.model.space import Design, Space
 
@@ -67,11 +68,12 @@ def counted_changes(space: Space, design: Design) -> tuple[Change, ...] | None:
     if not asks_for_changes(space):
         return None
     costs = changed_decisions(space, View(design))
+    chosen = numbered_texts(space, decisions_of(space, design), design)
     return tuple(
         Change(
             decision.name,
             decision.options[space.baseline[index]],
-            decision.options[design[index]],
+            chosen.get(decision.name, decision.options[design[index]]),
             False,
             costs[decision.name],
         )
@@ -81,13 +83,14 @@ def counted_changes(space: Space, design: Design) -> tuple[Change, ...] | None:
 
 
 def _changes(space: Space, before: Design, after: Design) -> Iterator[Change]:
+    was, is_ = (numbered_texts(space, decisions_of(space, design), design) for design in (before, after))
     for decision, old, new in zip(space.decisions, before, after, strict=True):
         if old == new or not decision.is_open:
             continue
         yield Change(
             decision.name,
-            decision.options[old] if old >= 0 else None,
-            decision.options[new] if new >= 0 else None,
+            was.get(decision.name),
+            is_.get(decision.name),
             follows=new < 0 or decision.follows,
         )
 

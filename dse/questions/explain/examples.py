@@ -16,6 +16,7 @@ from dse.analysis.latency.offset_advice import boundaries
 from dse.analysis.limits import Verdict, judge
 from dse.analysis.messages.late import late_messages
 from dse.analysis.views import View
+from dse.answers.designs import numbered_texts
 from dse.answers.explanation import Demand, Example
 from dse.answers.result import decisions_of
 from dse.search.feasibility.oracle import Fixed, Member, Oracle
@@ -107,7 +108,9 @@ class NamedDesigns:
         shorter = tuple(self._mending(teller, verdicts, (*full, *late, *delayed))) if is_whole else ()
         messages = tuple(late_messages(self.space, seen, view))
         conditions = self._conditions(design, [self.oracle.members[number] for number in broken])
-        return Example(self.decisions(design), breaks, full, late, delayed, read, shorter, messages, conditions)
+        chosen = self.decisions(design)
+        told = numbered_texts(self.space, chosen, design)
+        return Example(chosen, breaks, full, late, delayed, read, shorter, messages, conditions, told)
 
     def _conditions(self, design: Design, broken: Sequence[Member]) -> tuple[str, ...]:
         """The conditions of valid designs that a design breaks with the fixed decisions among those it violates."""

@@ -60,7 +60,7 @@ def analysis_page(analysis: Analysis) -> Page:
     A `Page` with the sections *design* (verdict, and what is counted),
     *overview*, *flows* and *responses*; an invalid design has its breaches only.
     """
-    chosen = [f"{name.removesuffix('.type')} {value}" for name, value in analysis.decisions.items()]
+    chosen = [f"{name.removesuffix('.type')} {value}" for name, value in analysis.numbered_decisions.items()]
     design: list[Block] = [Text(f"Design: {', '.join(chosen)}", brief=f"Design: {few(chosen, FEW, 'decisions')}.")]
     blocks = [*(design if chosen else []), *listing(analysis.breaches, "not a valid design", 0, "wrong")]
     if not analysis.breaches:

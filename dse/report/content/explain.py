@@ -307,8 +307,8 @@ def _tell_designs(say: _Teller, explanation: Explanation) -> None:
     for number, example in enumerate(say.examples):
         broken = say.demands([item for item in example.breaks if item in named or not named])
         what = f"violates {broken}" if broken else "meets every requirement"
-        shown = _decisions(example.design, differing if several else names) or "the only one that the file describes"
-        say.item(f"{_letters(number)} {what}: {shown}", int(several), ROOM)
+        shown = _decisions(example.shown, differing if several else names)
+        say.item(f"{_letters(number)} {what}: {shown or 'the only one that the file describes'}", int(several), ROOM)
         unseen = [item.text for item in example.besides(*named)] if named else []
         if unseen:
             say.item(f"also violated, causes not searched: {few(unseen, MOST_UNSEEN, 'demands')}", 1 + int(several))

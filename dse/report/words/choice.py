@@ -10,7 +10,7 @@ from fractions import Fraction
 from typing import TYPE_CHECKING
 
 from dse.analysis.terms import PPM
-from dse.answers.designs import Point
+from dse.answers.designs import Point, numbered_texts
 from dse.answers.ranking.changes import Delta, deltas
 from dse.answers.ranking.kinds import Kind, Kinds, shortest_names
 from dse.answers.ranking.reasons import Margin
@@ -41,6 +41,7 @@ class Names:
     """
 
     def __init__(self, result: Result, kinds: Kinds) -> None:
+        self.result = result
         known = [decision.name for decision in result.space.decisions]
         self.short: Mapping[str, str] = shortest_names(known, known)
         self.types = [f"{slot.name}.type" for slot in result.space.processors]
@@ -63,12 +64,22 @@ class Names:
             return option if self._slots_of[option] == 1 else f"{self.short[name]} {option}"
         return f"{self.short[name]} {option}"
 
+    def chosen(self, point: HasDecisions) -> Mapping[str, str]:
+        """The decisions of a design as sentences name them: ``any (0xff)`` for an identifier that a rule gives.
+
+        Names of decisions to texts; ``any`` alone for a design that is no point of the front, and while a search runs.
+        """
+        if isinstance(point, Point) and not self.result.under_way:
+            return numbered_texts(self.result.space, point.decisions, point.design)
+        return point.decisions
+
     def kind(self, point: Point) -> str:
         """The decisions that tell the kind of a design from others; "" where all are of one kind.
 
         Options joined by commas, such as ``Spectra, can_125k``.
         """
-        return ", ".join(self.option(name, point.decisions.get(name)) for name in self.naming)
+        chosen = self.chosen(point)
+        return ", ".join(self.option(name, chosen.get(name)) for name in self.naming)
 
     def design(self, point: HasDecisions) -> str:
         """The short name of a design: its computers where they are open, and the decisions that differ on the front.
@@ -77,7 +88,8 @@ class Names:
         """
         types = [name for name in self.types if name in point.decisions][:MOST_SHARING]
         names = [*types, *(name for name in self.told if name not in types)]
-        options = [self.option(name, point.decisions.get(name)) for name in names if name in point.decisions]
+        chosen = self.chosen(point)
+        options = [self.option(name, chosen[name]) for name in names if name in chosen]
         return ", ".join(dict.fromkeys(options))
 
 
@@ -137,8 +149,9 @@ def recommended_words(result: Result, kind: Kind, names: Names, label: str) -> s
 
 
 def _also(names: Names, point: Point, other: Point) -> str:
+    chosen = names.chosen(other)
     differs = [
-        names.option(name, other.decisions.get(name))
+        names.option(name, chosen.get(name))
         for name in names.told
         if other.decisions.get(name) != point.decisions.get(name)
     ]

@@ -12,7 +12,7 @@ from dse.analysis.binding import bus_stack, message_sizes
 from dse.analysis.rates import rate_hz
 from dse.analysis.views import View
 from dse.answers.analysis import Analysis, FlowTable
-from dse.answers.designs import Point, with_numbers
+from dse.answers.designs import Point, numbered_texts
 from dse.answers.ranking.changes import changes_between
 from dse.answers.ranking.reasons import Margin, Reasoner
 from dse.answers.ranking.variants import varying
@@ -266,9 +266,9 @@ class Document:
 
     def chosen_in(self, point: Point) -> dict[str, str]:
         """The decisions of a point as tables show them: ``any (0xff)`` where a message takes any free identifier."""
-        numbered = dict(point.decisions) if self.result.under_way else with_numbers(self.space, point)
-        stated = point.decisions
-        return {name: text if text == stated[name] else f"{stated[name]} ({text})" for name, text in numbered.items()}
+        if self.result.under_way:
+            return dict(point.decisions)
+        return numbered_texts(self.space, point.decisions, point.design)
 
     @cached_property
     def front_table(self) -> Table:
@@ -288,10 +288,26 @@ class Document:
         return varying([point.decisions for point in front], self.result.open_decisions) if len(front) > 1 else []
 
     @property
+    def shared(self) -> dict[str, str]:
+        """The decisions of the first point, with the number of an identifier ``any`` where all points have that one.
+
+        Names of decisions to texts; of interest for decisions in which the points do not differ. Empty without points.
+        """
+        front = self.result.front
+        if not front or "any" not in front[0].decisions.values():
+            return dict(front[0].decisions) if front else {}
+        first, *others = map(self.chosen_in, front)
+        stated = front[0].decisions
+        return {
+            name: text if all(other.get(name) == text for other in others) else stated[name]
+            for name, text in first.items()
+        }
+
+    @property
     def common_words(self) -> str:
         """The open decisions that all points share; "" where there is none."""
         front = self.result.front
-        shared = front[0].decisions if front else {}
+        shared = self.shared
         names = [name for name in self.result.open_decisions if name in shared and name not in self.varying]
         said = ", ".join(f"{short_name(name)} {shared[name]}" for name in names)
         return f"{'Same in every design' if len(front) > 1 else 'Its decisions'}: {said}." if said else ""

@@ -207,7 +207,7 @@ class Screen:
         """
         if len(self.result.front) == 1:
             return ""
-        shared = self.result.front[0].decisions
+        shared = self.document.shared
         differing = set(self.document.varying)
         names = [name for name in self.result.open_decisions if name in shared and name not in differing]
         names.sort(key=lambda name: name not in self.names.types)
@@ -282,7 +282,8 @@ class Screen:
         """
         names = [name for name in self.result.open_decisions if name in point.decisions]
         names.sort(key=lambda name: name not in self.names.types)
-        options = [self.names.option(name, point.decisions[name]) for name in names]
+        chosen = self.names.chosen(point)
+        options = [self.names.option(name, chosen[name]) for name in names]
         return first_of(options, 2 * MOST_SAME, " (--explain)")
 
     def limits(self, points: Sequence[Point], *, with_baseline: bool) -> Iterator[Block]:
