@@ -140,10 +140,18 @@ class _Reader:
         ends = {name for message in messages for name in (*message.senders, *message.receivers)}
         if self.to and self.to not in {*names, *ends}:
             raise UsageError(f"--to {self.to}: there is no such node; nodes: {', '.join(sorted({*names, *ends}))}")
-        messages = self._with_cycles(messages)
+        missing: list[Diagnostic] = []
+        messages = self._with_cycles(messages, missing)
         buses = dict.fromkeys(message.bus_name or "can0" for message in messages)
         self.unordered = _without_order(messages)
-        types = {name: self._bus_type(name, [m for m in messages if (m.bus_name or "can0") == name]) for name in buses}
+        types = {}
+        for name in buses:
+            try:
+                types[name] = self._bus_type(name, [m for m in messages if (m.bus_name or "can0") == name])
+            except ProblemError as error:
+                missing += error.diagnostics
+        if missing:
+            raise ProblemError(missing)
         connections = dict(self._connections(messages, {*buses, *names, *ends}))
         document: dict[str, Any] = {
             "dse": 1,
@@ -170,13 +178,15 @@ class _Reader:
         assert stated
         return Fraction(stated)
 
-    def _with_cycles(self, messages: Sequence[Any]) -> list[Any]:
+    def _with_cycles(self, messages: Sequence[Any], missing: list[Diagnostic]) -> list[Any]:
         """The messages that have a cycle time, of the file or of the option.
+
+        Where some have none all messages are returned, and `missing` gets a mistake with their names.
 
         Raises
         ------
         ProblemError
-            when some have none, with their names.
+            when all are left out.
         UsageError
             when the option names messages that are not there.
         """
@@ -190,7 +200,8 @@ class _Reader:
             count = "1 message has" if len(unknown) == 1 else f"{len(unknown)} messages have"
             text = f"{count} no cycle time: {first_of([message.name for message in unknown], MOST_NAMED)}"
             line = min(self.lines.get(_key(message), 1) for message in unknown)
-            raise ProblemError([Diagnostic(text, file=str(self.path), line=line, hint=HOW_CYCLES)])
+            missing.append(Diagnostic(text, file=str(self.path), line=line, hint=HOW_CYCLES))
+            return list(messages)
         names: dict[bool, list[str]] = {False: [], True: []}
         for message in open_:
             names[cycle_of[id(message)] == LEFT_OUT].append(message.name)

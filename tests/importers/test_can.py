@@ -15,6 +15,7 @@ import yaml
 import dse
 from dse.cli.main import run
 from dse.importers.can import HOW_CYCLES
+from dse.support.errors import ProblemError
 from tests.helpers.effort import cases
 
 HEAD = 'VERSION ""\nNS_ :\nBS_:\nBU_: Engine Brake Gateway\n'
@@ -78,6 +79,17 @@ def test_a_database_is_a_problem_with_sizes_rates_senders_and_receivers(tmp_path
     assert said == [
         f"{tmp_path}/car.dbc: warning: 1 without a cycle time count with --cycle: Event",
         f"{tmp_path}/car.dbc:11: warning: Lost: no sender is stated (it is sent by a device of that name)",
+    ]
+
+
+def test_all_that_is_missing_is_asked_for_at_once(tmp_path: Path) -> None:
+    """The cycle time of a message and the bit rate of the bus."""
+    bare = "\n".join(line for line in DBC.splitlines() if "Baudrate" not in line)
+    with pytest.raises(ProblemError) as caught:
+        dse.import_file(put(tmp_path, bare))
+    assert [item.message for item in caught.value.diagnostics] == [
+        "1 message has no cycle time: Event",
+        "nothing says the bit rate of can0",
     ]
 
 
