@@ -94,9 +94,15 @@ def test_deadlines_of_messages_alone_say_that_a_bus_is_not_counted_and_what_is_m
         assert "Waiting not counted: can0 (no `identifier` of pdo)." in capsys.readouterr().out
 
 
-def test_nothing_is_said_by_name_where_nothing_is_stated() -> None:
+def test_a_bus_with_frames_of_can_and_no_identifiers_is_told_by_name() -> None:
     text = SYNC.replace(", identifier: 0x80", "").replace(", identifier: 0x181", "")
     assert metric(text, "jitter of sync_flow") == 11_000
+    said = bus_words(dse.analyse(dse.loads(text)).space)
+    assert said == "Waiting for can0 (no `identifier` of sync, pdo) is not counted."
+
+
+def test_nothing_is_said_by_name_where_nothing_is_stated() -> None:
+    text = SYNC.replace(", identifier: 0x80", "").replace(", identifier: 0x181", "").replace(", frame: can", "")
     said = bus_words(dse.analyse(dse.loads(text)).space)
     assert said == "Waiting for a bus is not in the latencies: each message counts as if alone on it."
 

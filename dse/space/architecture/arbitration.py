@@ -95,9 +95,7 @@ def with_arbitration(ledger: Ledger, spec: Spec, buses: Sequence[Bus], wires: Se
         _check_identifiers(ledger, models, here)
         kinds = {name: _default_arbitration(model) for name, model in models.items()}
         missing = next(_missing(buses, kinds, here), "")
-        is_asked = any(model.arbitration for model in models.values()) or any(
-            one.identifier is not None or one.priority is not None for one in here
-        )
+        is_asked = any(kinds.values()) or any(one.identifier is not None or one.priority is not None for one in here)
         if not missing:
             bus = replace(bus, arbitration=type_choice(bus.type_decision, [kinds.get(name) for name in bus.types]))
         elif is_asked:
