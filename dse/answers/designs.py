@@ -159,14 +159,14 @@ class KeptBy:
         return KeptBy(named, use, named_identifiers(space, design), contention)
 
 
-def with_numbers(space: Space, point: Point) -> dict[str, str]:
+def with_numbers(space: Space, decisions: Mapping[str, str], design: Design) -> dict[str, str]:
     """The decisions of a design, with the number (``0xff``) of each message that takes any free identifier.
 
-    Names of decisions to texts for tables; `Point.decisions` has the option, ``any``, which is read back.
+    Names of decisions to texts for tables; `decisions` itself has the option, ``any``, which is read back.
     """
-    chosen = dict(point.decisions)
+    chosen = dict(decisions)
     if "any" in chosen.values():
-        numbers = {f"{name}.identifier": number for name, number in named_identifiers(space, point.design).items()}
+        numbers = {f"{name}.identifier": number for name, number in named_identifiers(space, design).items()}
         chosen |= {name: number for name, number in numbers.items() if name in chosen}
     return chosen
 
@@ -176,11 +176,8 @@ def numbered_texts(space: Space, decisions: Mapping[str, str], design: Design) -
 
     Names of decisions to texts, in the order of `decisions`; for what is read back, `decisions` itself has the options.
     """
-    if "any" not in decisions.values():
-        return dict(decisions)
-    numbers = {f"{name}.identifier": number for name, number in named_identifiers(space, design).items()}
-    is_numbered = {name for name, text in decisions.items() if text == "any" and name in numbers}
-    return {name: f"{text} ({numbers[name]})" if name in is_numbered else text for name, text in decisions.items()}
+    numbered = with_numbers(space, decisions, design)
+    return {name: text if numbered[name] == text else f"{text} ({numbered[name]})" for name, text in decisions.items()}
 
 
 @dataclass(frozen=True)

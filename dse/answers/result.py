@@ -330,7 +330,7 @@ class Result(Answer):
     def _rows(self) -> list[list[Any]]:
         rows = []
         for point in self.front:
-            chosen = point.decisions if self.under_way else with_numbers(self.space, point)
+            chosen = point.decisions if self.under_way else with_numbers(self.space, point.decisions, point.design)
             values: dict[str, Any] = {**point.counts, **point.objectives, **chosen}
             rows.append([point.id, point.rank, *(values.get(name) for name in self.columns[2:])])
         return rows

@@ -26,7 +26,7 @@ from dse.verification.element_constraints import Lookups
 from dse.verification.messages.limits import limited_by_deadline, message_lessons
 from dse.verification.messages.reasons import order_lessons, soonest_lesson, undelayed_lesson, waits_lesson
 from dse.verification.messages.rows import BusRows
-from dse.verification.messages.waiting import MessageWaits
+from dse.verification.messages.waiting import MessageWaits, message_of
 from dse.verification.plain_sums import plain_sums
 from dse.verification.reduced import ReducedRegion, Reduction
 from dse.verification.rounds import Favourite, Rounds
@@ -406,13 +406,14 @@ class SecondModel:
 
         The `number` of a message is below 0; of a thread there is no such lesson.
         """
-        before = self.message_waits.before
+        if number >= 0 or not self.message_waits.before:
+            return []
+        message, _ = message_of(number)
 
         def is_open(other: int) -> bool:
-            return (number, other) in before and not solver.value(self._in(model, before[number, other]))
+            literal = self.message_waits.before.get((other, message))
+            return literal is not None and not solver.value(self._in(model, literal))
 
-        if number >= 0 or not any(key == number for key, _ in before):
-            return []
         return list(order_lessons(self.tables.space, number, self.limited, values, is_open))
 
     def _waiting_lesson(self, number: int, waited: Fraction, said: int, values: Design) -> Lesson:

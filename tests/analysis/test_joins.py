@@ -257,7 +257,7 @@ def test_a_hybrid_join_looks_at_no_room_and_no_order() -> None:
 
 
 def pairing_remarks(text: str) -> list[str]:
-    """What `check` remarks of messages that are paired in the order of their arrival."""
+    """The remarks of `check` on joins that pair messages in the order of their arrival."""
     return [item for item in dse.check(dse.loads(text)).remarks if "in the order of arrival" in item]
 
 

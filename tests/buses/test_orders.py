@@ -13,7 +13,7 @@ from dse.analysis.messages.conflicts import Conflict, conflicts
 from dse.analysis.messages.precedence import (
     earlier_on_flows,
     is_idler_alike,
-    nested_ahead,
+    nested,
     soonest,
     waits_behind_ns,
 )
@@ -24,6 +24,7 @@ from dse.analysis.views import View
 from dse.encode.messages.reasons import conflict_conditions
 from dse.space.model.space import Design, Space
 from dse.space.model.trees import at
+from dse.support.units import Exact
 from tests.buses.test_random import front_of
 from tests.helpers.effort import cases
 from tests.helpers.identifier_systems import draw_identifier_problem
@@ -60,6 +61,13 @@ def before(space: Space, number: int, view: View) -> frozenset[int] | None:
     return frozenset(keys[: keys.index(number)])
 
 
+def soonest_wait(space: Space, number: int, view: View, held: frozenset[int]) -> tuple[frozenset[int], Exact] | None:
+    """The messages before one in its most urgent place, and how long it waits there; None without a bound."""
+    found = soonest(space, number, view, held)
+    waits = None if found is None else waits_behind_ns(found, space, view, has_source=False)
+    return None if found is None or waits is None else (frozenset(found.group), waits)
+
+
 @pytest.mark.parametrize("seed", cases(600))
 def test_what_goes_before_a_message_does_so_in_designs_as_busy_and_what_the_rule_has_before_in_idler_ones(
     seed: int,
@@ -77,15 +85,15 @@ def test_what_goes_before_a_message_does_so_in_designs_as_busy_and_what_the_rule
             if order is not None:
                 assert kept <= order
                 for held in {frozenset[int](), kept}:
-                    least = soonest(space, number, View(design), held)
+                    least = soonest_wait(space, number, View(design), held)
                     if least is None:  # on a bus that is more than full
                         assert message_waits_ns(space, number, View(design)) == NO_BOUND
                         continue
-                    assert least.before <= order
-                    assert least.waits_ns <= message_waits_ns(space, number, View(design))
-                    there = soonest(space, number, View(other), held)
-                    assert there is None or there.before <= least.before
-                    assert there is None or there.waits_ns <= least.waits_ns
+                    assert least[0] <= order
+                    assert least[1] <= message_waits_ns(space, number, View(design))
+                    there = soonest_wait(space, number, View(other), held)
+                    assert there is None or there[0] <= least[0]
+                    assert there is None or there[1] <= least[1]
             if order_there is not None:
                 assert kept <= order_there
 
@@ -124,13 +132,12 @@ def test_what_no_order_has_behind_a_message_is_before_it_in_other_designs_of_whi
                 continue
             kept = earlier_on_flows(space, number, View(design))
             for held in {frozenset[int](), kept}:
-                least = soonest(space, number, View(design), held)
-                if least is None:
+                whole = soonest(space, number, View(design), held)
+                if whole is None:
                     continue
-                told = list(nested_ahead(space, number, View(design), least.before, held))
+                told = list(nested(space, View(design), whole))
                 assert all(is_told(item, space, View(design)) for item in told)
-                assert waits_behind_ns(told[-1], space, View(design), has_source=False) == least.waits_ns
-                assert frozenset(told[-1].group) == least.before
+                assert told[-1] == whole
                 for other in designs:
                     order = before(space, number, View(other)) if bus_of(space, number, View(other)) == 0 else None
                     if order is None or not held <= order:

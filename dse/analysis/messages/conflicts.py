@@ -84,7 +84,8 @@ class Conflict:
         highest = max((self.numbers.get(number, -1) for number in self.placed), default=-1)
         placed = [known[number] for number in self.placed]
         last_of = LastOf(placed, blocked, bit, faults)
-        free_last = LastOf([*placed, *(known[other] for other in self.behind)], blocked, bit, faults)
+        behind = [known[other] for other in self.behind]
+        free_last = LastOf([*placed, *behind], blocked, bit, faults) if behind else last_of
         ordered = set()
         for number in reversed(self.group):
             if number in self.kept:
@@ -245,11 +246,12 @@ class _Shrinking:
         members = [self.candidates[place] for place in group]
         last_of = LastOf(members, blocked, bit, faults)
         behind = [self.candidates[other] for other in self._behind(group)] if with_behind else []
-        free_last = LastOf([*members, *behind], blocked, bit, faults)
+        free_last = LastOf([*members, *behind], blocked, bit, faults) if behind else last_of
         for place in reversed(group):
-            if -1 < self._number(place) < highest or not last_of.is_in_time(self.candidates[place]):
+            number = self._number(place)
+            if -1 < number < highest:
                 continue
-            if self._number(place) >= 0 or free_last.is_in_time(self.candidates[place]):
+            if (last_of if number >= 0 else free_last).is_in_time(self.candidates[place]):
                 return False
         return True
 

@@ -1,4 +1,4 @@
-"""What goes before a message whatever the order of others: its most urgent place, and the messages before it there.
+"""Messages that go before another one in every order in which all of a bus meet their deadlines.
 
 A message has any identifier, or messages beside it have; all must meet their deadlines. From the last place up others
 are placed behind it as long as one of them is in time there (N. C. Audsley's argument, docs/semantics.md, section 5.5).
@@ -8,11 +8,10 @@ Those that are left go before it in every such order: none of them can be the la
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Collection, Iterator
 
 from dse.analysis.memo import Recall
-from dse.analysis.messages.assignment import Candidate, assigned
+from dse.analysis.messages.assignment import assigned
 from dse.analysis.messages.conflicts import NEVER, Conflict, candidates_on
 from dse.analysis.messages.stages import (
     bus_of,
@@ -35,81 +34,29 @@ from dse.support.units import Exact
 _SOURCES: Recall[Task | None] = Recall()
 
 
-@dataclass(frozen=True)
-class Soonest:
-    """The most urgent place that a message has in any order in which all meet their deadlines.
+def soonest(space: Space, number: int, view: View, kept: Collection[int] = ()) -> Conflict | None:
+    """The messages that go before another one in the most urgent place that it has where all meet their deadlines.
 
-    `waits_ns` is how long it waits there, in ns, and `before` the messages before it, by their connections.
-    """
-
-    waits_ns: Exact
-    before: frozenset[int]
-
-
-def soonest(
-    space: Space, number: int, view: View, before: Collection[int] = (), *, has_source: bool = False
-) -> Soonest | None:
-    """The `Soonest` of a message, of the orders that have the messages of the connections in `before` before it.
-
-    It waits from when it is queued, or (`has_source`) from the latest time at which it may be. In the order that is
-    chosen (`dse.analysis.messages.assignment`) it waits no less, and behind no fewer messages, where that has those
-    before it; nor does it where its bus is busier. None where it has no bound, or there is no such order, or
-    messages queue as they come.
+    Of the orders that have the messages of the connections in `kept` before it. In the order that is chosen
+    (`dse.analysis.messages.assignment`) no fewer go before it, where that has those of `kept` there; nor do where its
+    bus is busier. None where there is no such order, or messages queue as they come.
     """
     bus = _comparable_bus(space, number, view)
     if bus is None:
         return None
     carried, candidates = candidates_on(space, bus, view)
     bit, most = identifier_range(space, bus, view)
-    faults = faults_on(space, bus, view)
-    own_place = carried.index(message_key(space, number, view)[0])
-    kept = {place for place, one in enumerate(carried) if one in before}
-    made = assigned(candidates, bit, most, own_place, faults, before=kept)
-    place = made.order.index(own_place)
-    own, urgent = candidates[own_place], made.order[:place]
-    if made.stuck or not kept.issubset(urgent):
+    own = carried.index(message_key(space, number, view)[0])
+    kept_places = {place for place, one in enumerate(carried) if one in kept}
+    made = assigned(candidates, bit, most, own, faults_on(space, bus, view), before=kept_places)
+    urgent = made.order[: made.order.index(own)]
+    if made.stuck or not kept_places.issubset(urgent):
         return None
-    goes_first = frozenset(carried[one] for one in urgent)
-    behind = max((candidates[one].section_ns for one in made.order[place + 1 :]), default=0)
-    urgent_ones = [candidates[one] for one in urgent]
-    waits = _waits_ns(space, carried[own_place], view, own, urgent_ones, behind, (bit, faults), has_source=has_source)
-    return None if waits is None else Soonest(waits, goes_first)
+    return _ahead(space, number, view, [carried[place] for place in urgent], kept)
 
 
-def _waits_ns(
-    space: Space,
-    number: int,
-    view: View,
-    own: Candidate,
-    urgent: Sequence[Candidate],
-    behind_ns: Exact,
-    wire: tuple[Exact, Task | None],
-    *,
-    has_source: bool,
-) -> Exact | None:
-    """How long a message waits, in ns, behind a frame of `behind_ns` and all of `urgent`; None without a bound.
-
-    `wire` is the time of a bit, and the faults of the wire.
-    """
-    known = tuple(item.task for item in urgent if item.task is not None)
-    if own.task is None or len(known) < len(urgent):
-        return None
-    bit, faults = wire
-    longest = max(item.section_ns for item in (own, *urgent))
-    window = Arbitrated(own.task, known, behind_ns, own.last_ns, bit, with_frame(faults, longest))
-    response = window.response_ns()
-    if response is None:
-        return None
-    source = _SOURCES.recall(space, number, view, source_undelayed) if has_source else None
-    lag = None if source is None else window.counted_from(source).response_ns()
-    return (response if lag is None else min(lag, response)) - own.task.worst_ns
-
-
-def ahead(space: Space, number: int, view: View, before: Collection[int], kept: Collection[int] = ()) -> Conflict:
-    """The messages `before` another one as a set of which none can be the last in time but that one, or those `kept`.
-
-    It is one where these are before it whatever the order (`soonest`), or as `Conflict.is_late` says.
-    """
+def _ahead(space: Space, number: int, view: View, before: Collection[int], kept: Collection[int]) -> Conflict:
+    """The messages `before` another one, as a set of which none but that one and those in `kept` can be the last."""
     bus = bus_of(space, number, view)
     assert bus is not None, "it is on no bus"
     carried, candidates = candidates_on(space, bus, view)
@@ -122,43 +69,50 @@ def ahead(space: Space, number: int, view: View, before: Collection[int], kept: 
     return Conflict(bus, tuple(group), (), blocker, numbers, own, frozenset(kept))
 
 
-def nested_ahead(
-    space: Space, number: int, view: View, before: Collection[int], kept: Collection[int] = ()
-) -> Iterator[Conflict]:
-    """Sets of messages that go before another one (`ahead`), each with the one before: of those due by some time each.
+def nested(space: Space, view: View, whole: Conflict) -> Iterator[Conflict]:
+    """Sets of messages that go before another one, within the `whole` of these: of those due by some time each.
 
     Beside these there are those with a lower number than one of them. The fewer messages a set has, the more designs it
-    is one of.
+    is one of. The smallest comes first, the whole last.
     """
-    whole = ahead(space, number, view, before, kept)
     known = whole.candidates(space, view)
-    assert known is not None, "all are on the bus"
+    assert known is not None and whole.last is not None, "all are on the bus"
     limits = {one: known[one].limit_ns for one in whole.group}
     for limit in sorted({time for time in limits.values() if time is not None}):
         due = {one for one in whole.group if (time := limits[one]) is not None and time <= limit}
         highest = max((whole.numbers.get(one, -1) for one in due), default=-1)
-        due |= {one for one in whole.group if one in kept or whole.numbers.get(one, highest) < highest}
-        fewer = ahead(space, number, view, due, kept)
+        due |= {one for one in whole.group if one in whole.kept or whole.numbers.get(one, highest) < highest}
         if len(due) == len(whole.group):
             break
+        fewer = _ahead(space, whole.last, view, due, whole.kept)
         if fewer.is_late(space, view):
             yield fewer
     yield whole
 
 
 def waits_behind_ns(conflict: Conflict, space: Space, view: View, *, has_source: bool) -> Exact | None:
-    """How long the last message of a conflict waits at least where all others go before it, in ns; None: no bound.
+    """How long the last message of a conflict waits at least where all others go before it, in ns.
 
-    From when it is queued, or (`has_source`) from the latest time at which it may be; that of a design in which one of
-    them is not on the bus is not known, None.
+    From when it is queued, or (`has_source`) from the latest time at which it may be. It waits no less where the bus is
+    busier. None where that has no bound, and of a design in which one of the messages is not on the bus.
     """
     known = conflict.candidates(space, view)
     if known is None or conflict.last is None:
         return None
-    wire = identifier_range(space, conflict.bus, view)[0], faults_on(space, conflict.bus, view)
+    own, urgent = known[conflict.last], [known[one] for one in conflict.group]
+    tasks = tuple(item.task for item in urgent if item.task is not None)
+    if own.task is None or len(tasks) < len(urgent):
+        return None
+    bit, faults = identifier_range(space, conflict.bus, view)[0], faults_on(space, conflict.bus, view)
     behind = 0 if conflict.blocker is None else known[conflict.blocker].section_ns
-    urgent = [known[one] for one in conflict.group]
-    return _waits_ns(space, conflict.last, view, known[conflict.last], urgent, behind, wire, has_source=has_source)
+    longest = max(item.section_ns for item in (own, *urgent))
+    window = Arbitrated(own.task, tasks, behind, own.last_ns, bit, with_frame(faults, longest))
+    response = window.response_ns()
+    if response is None:
+        return None
+    source = _SOURCES.recall(space, conflict.last, view, source_undelayed) if has_source else None
+    lag = None if source is None else window.counted_from(source).response_ns()
+    return (response if lag is None else min(lag, response)) - own.task.worst_ns
 
 
 def _comparable_bus(space: Space, number: int, view: View) -> int | None:

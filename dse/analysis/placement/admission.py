@@ -166,10 +166,11 @@ class Admission:
         return among
 
     def _with(self, before: _Among, numbers: Sequence[int]) -> _Among | None:
-        """What is known of threads that are in time, with the last of `numbers` added; None where one is late then.
+        """Tasks and response times of threads on a core, the last of `numbers` new there; None where one is late.
 
-        Threads that release others of them wait for those, too, and pass their response times on as jitter: this is
-        never too short. Raises `_NotSimple` where one of them is late in that way.
+        `before` has those of the others, which are in time. Threads that release others of them wait for those, too,
+        and pass their response times on as jitter: this is never too short. Raises `_NotSimple` where one of them is
+        late in that way.
         """
         order = sorted((self._simple_of(number).turn, number) for number in numbers)
         upstream = {key for number in numbers for key in self._simple_of(number).upstream}
@@ -195,9 +196,10 @@ class Admission:
         ends: Ends,
         passing: Collection[int],
     ) -> _Among | None:
-        """What is known of threads, by turn and number, where those that release others end as given; None: one late.
+        """Tasks and response times of threads in `order`, where those that release others end as in `ends`.
 
-        Of threads that nobody limits it is known only for those that are `passing` it on.
+        None where one of them is late. Threads that nobody limits have a response time only where they are `passing`
+        it on to others.
         """
         tasks = {number: self._task(number, ends) for _, number in order}
         responses = dict(before.responses)

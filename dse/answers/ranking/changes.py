@@ -83,14 +83,14 @@ def counted_changes(space: Space, design: Design) -> tuple[Change, ...] | None:
 
 
 def _changes(space: Space, before: Design, after: Design) -> Iterator[Change]:
-    was, is_ = (numbered_texts(space, decisions_of(space, design), design) for design in (before, after))
+    old_texts, new_texts = (numbered_texts(space, decisions_of(space, design), design) for design in (before, after))
     for decision, old, new in zip(space.decisions, before, after, strict=True):
         if old == new or not decision.is_open:
             continue
         yield Change(
             decision.name,
-            was.get(decision.name),
-            is_.get(decision.name),
+            old_texts.get(decision.name),
+            new_texts.get(decision.name),
             follows=new < 0 or decision.follows,
         )
 

@@ -20,14 +20,7 @@ from dse.analysis.latency.rows import counts_responses
 from dse.analysis.memo import looked_at
 from dse.analysis.messages.burdens import burdens, goes_first, is_settled
 from dse.analysis.messages.conflicts import Conflict, open_identifiers
-from dse.analysis.messages.precedence import (
-    ahead,
-    earlier_on_flows,
-    is_idler_alike,
-    nested_ahead,
-    soonest,
-    waits_behind_ns,
-)
+from dse.analysis.messages.precedence import earlier_on_flows, is_idler_alike, nested, soonest, waits_behind_ns
 from dse.analysis.scheduling.responses import message_waits_ns
 from dse.analysis.views import View
 from dse.encode.linear import OpenTerm
@@ -94,14 +87,14 @@ def soonest_conditions(
     number = message.number
 
     for kept in dict.fromkeys([frozenset[int](), earlier_on_flows(space, number, view)]):
-        found = soonest(space, number, view, kept, has_source=message.has_source)
-        if found is None or (enough := waiting(view, Fraction(found.waits_ns))) <= has:
+        before = soonest(space, number, view, kept)
+        waits = None if before is None else waits_behind_ns(before, space, view, has_source=message.has_source)
+        if before is None or waits is None or (enough := waiting(view, Fraction(waits))) <= has:
             continue
-        before = ahead(space, number, view, found.before, kept)
 
         def is_as_long(seen: View, before: Conflict = before, enough: int = enough) -> bool:
-            waits = waits_behind_ns(before, space, seen, has_source=message.has_source)
-            return waits is not None and waiting(seen, Fraction(waits)) >= enough
+            there = waits_behind_ns(before, space, seen, has_source=message.has_source)
+            return there is not None and waiting(seen, Fraction(there)) >= enough
 
         conditions = conflict_conditions(space, chosen, before, view, is_as_long)
         return [*conditions, *_kept_conditions(space, chosen, number, kept, view)], enough
@@ -122,17 +115,19 @@ def order_conditions(
     number = term.message.number
     told: set[int] = {other for other, literal in term.before.items() if known(literal)}
     for kept in dict.fromkeys([frozenset[int](), earlier_on_flows(alone, number, view)]):
-        found = soonest(alone, number, view, kept)
-        fresh = set() if found is None else found.before & term.before.keys() - told
-        if found is None or not fresh:
+        whole = soonest(alone, number, view, kept)
+        fresh = set() if whole is None else {*whole.group} & term.before.keys() - told
+        if whole is None or not fresh:
             continue
+        told |= fresh
         if_kept = _kept_conditions(alone, chosen, number, kept, view)
-        for before in nested_ahead(alone, number, view, found.before, kept):
+        yield from ((if_kept, term.before[one]) for one in sorted(fresh & kept))
+        fresh -= kept
+        for before in nested(alone, view, whole) if fresh else ():
             if not fresh.isdisjoint(before.group):
                 conditions = conflict_conditions(alone, chosen, before, view)
                 yield from (([*conditions, *if_kept], term.before[one]) for one in sorted(fresh & {*before.group}))
                 fresh -= {*before.group}
-        told |= found.before
 
 
 def _kept_conditions(space: Space, chosen: Chosen, number: int, before: frozenset[int], view: View) -> Conditions:

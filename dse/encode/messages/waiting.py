@@ -35,26 +35,25 @@ def add_waiting_rows(board: Board, number: int, least: Any, variable: Any, scale
     space = board.space
     wire = space.connections[number]
     buses = set(leaves(wire.bus))
-    before: dict[int, Any] = {}
     if len(buses) != 1 or not is_comparable(space):
-        return before
+        return {}
     (bus,) = buses
     if bus not in counted_buses(space) or set(leaves(space.buses[bus].broadcast)) != {False}:
-        return before
+        return {}
     slot = space.buses[bus]
     for option in allowed_options(space, slot.type_decision):
         given = {slot.type_decision: option}
         if slot.types[option] != EMPTY and "priority" in set(leaves(slot.arbitration)):
             on_bus = BusRows(board, bus, given, {})
             if is_each_alone(space):
-                _add_waiting(on_bus, number, least, variable, scale, before)
+                _add_waiting(on_bus, number, least, variable, scale)
             else:
                 _add_blocking(on_bus, number, least, variable, scale)
-    return {other: literal.index for other, literal in before.items()}
+    return {first: literal.index for (first, second), literal in board.before.items() if second == number}
 
 
-def _add_waiting(rows: BusRows, number: int, least: Any, variable: Any, scale: Fraction, open_: dict[int, Any]) -> None:
-    """Add the row of one message for this type of the bus; `open_` has literals of what may be before it."""
+def _add_waiting(rows: BusRows, number: int, least: Any, variable: Any, scale: Fraction) -> None:
+    """Add the row of one message for this type of the bus."""
     board, space = rows.board, rows.board.space
     ((decision, option),) = rows.given.items()
     bit = rows.bit_ns()
@@ -70,10 +69,9 @@ def _add_waiting(rows: BusRows, number: int, least: Any, variable: Any, scale: F
         if goes_first is not board.true and any(
             may_be_any(rows.board.space.connections[one]) for one in (number, message.number)
         ):
-            open_[message.number] = before_literal(board, message.number, number)
-            if goes_first is not None:
-                board.model.add_implication(goes_first, open_[message.number])
-            goes_first = open_[message.number]
+            known, goes_first = goes_first, before_literal(board, message.number, number)
+            if known is not None:
+                board.model.add_implication(known, goes_first)
         if goes_first is not None:
             before[message.number] = goes_first
     sure = [one for one in found if before.get(one.number) is board.true]

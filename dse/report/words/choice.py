@@ -34,6 +34,16 @@ MOST_MINOR = 2
 """The greatest number of minor decisions that are told."""
 
 
+def shown_decisions(result: Result, point: HasDecisions) -> Mapping[str, str]:
+    """The decisions of a design as readers see them: ``any (0xff)`` for an identifier that a rule gives.
+
+    Names of decisions to texts; ``any`` alone for a design that is no point of the front, and while a search runs.
+    """
+    if isinstance(point, Point) and not result.under_way:
+        return numbered_texts(result.space, point.decisions, point.design)
+    return point.decisions
+
+
 class Names:
     """Short names of the decisions of a result, and options in the words that tell designs apart.
 
@@ -65,13 +75,8 @@ class Names:
         return f"{self.short[name]} {option}"
 
     def chosen(self, point: HasDecisions) -> Mapping[str, str]:
-        """The decisions of a design as sentences name them: ``any (0xff)`` for an identifier that a rule gives.
-
-        Names of decisions to texts; ``any`` alone for a design that is no point of the front, and while a search runs.
-        """
-        if isinstance(point, Point) and not self.result.under_way:
-            return numbered_texts(self.result.space, point.decisions, point.design)
-        return point.decisions
+        """The decisions of a design as sentences name them (`shown_decisions`)."""
+        return shown_decisions(self.result, point)
 
     def kind(self, point: Point) -> str:
         """The decisions that tell the kind of a design from others; "" where all are of one kind.

@@ -16,14 +16,7 @@ from dse.analysis.limits import Limit, judge
 from dse.analysis.memo import looked_at
 from dse.analysis.messages.burdens import burdens, goes_first, is_settled
 from dse.analysis.messages.conflicts import Conflict, open_identifiers
-from dse.analysis.messages.precedence import (
-    ahead,
-    earlier_on_flows,
-    is_idler_alike,
-    nested_ahead,
-    soonest,
-    waits_behind_ns,
-)
+from dse.analysis.messages.precedence import earlier_on_flows, is_idler_alike, nested, soonest, waits_behind_ns
 from dse.analysis.scheduling.responses import message_waits_ns, with_threads
 from dse.analysis.views import View
 from dse.space.model.arrivals import CyclicActivation
@@ -134,10 +127,11 @@ def soonest_lesson(
         return None
     alone, (number, has_source) = replace(space, processing="execution_time"), message_of(key)
     for kept in dict.fromkeys([frozenset[int](), earlier_on_flows(alone, number, View(design))]):
-        least = soonest(alone, number, View(design), kept, has_source=has_source)
-        if least is None or least.waits_ns <= longer_ns:
+        before = soonest(alone, number, View(design), kept)
+        least = None if before is None else waits_behind_ns(before, alone, View(design), has_source=has_source)
+        if before is None or least is None or least <= longer_ns:
             continue
-        before, bound = ahead(alone, number, View(design), least.before, kept), Fraction(least.waits_ns)
+        bound = Fraction(least)
 
         def is_as_long(seen: View, before: Conflict = before, bound: Fraction = bound) -> bool:
             waits = waits_behind_ns(before, alone, seen, has_source=has_source)
@@ -157,17 +151,19 @@ def order_lessons(
     alone = replace(space, processing="execution_time")
     number, told = message_of(key)[0], set[int]()
     for kept in dict.fromkeys([frozenset[int](), earlier_on_flows(alone, number, View(design))]):
-        found = soonest(alone, number, View(design), kept)
-        fresh = set() if found is None else {one for one in found.before - told if open_(one)}
-        if found is None or not fresh:
+        whole = soonest(alone, number, View(design), kept)
+        fresh = {one for one in whole.group if one not in told and open_(one)} if whole is not None else set[int]()
+        if whole is None or not fresh:
             continue
+        told |= fresh
         if_kept = _kept_box(alone, number, design, kept)
-        for before in nested_ahead(alone, number, View(design), found.before, kept):
+        yield from (Lesson(if_kept, (), before=(other, number)) for other in sorted(fresh & kept))
+        fresh -= kept
+        for before in nested(alone, View(design), whole) if fresh else ():
             known = sorted(fresh & {*before.group})
             box = _conflict_box(alone, before, design, lambda seen: True) if known else {}
-            yield from (Lesson(_both(box, if_kept), (), before=(key, other)) for other in known)
+            yield from (Lesson(_both(box, if_kept), (), before=(other, number)) for other in known)
             fresh -= {*known}
-        told |= found.before
 
 
 def _is_chosen_alike(space: Space, limited: Collection[int]) -> bool:

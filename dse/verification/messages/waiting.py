@@ -33,12 +33,14 @@ def message_of(key: int) -> tuple[int, bool]:
 
 
 class MessageWaits:
-    """The rows of messages that wait, in units of 1 / `scale` ns; `before` has a literal for a message and another."""
+    """The rows of messages that wait, in units of 1 / `scale` ns.
+
+    `before` has a literal for pairs of messages, by their connections: whether the first goes before the second.
+    """
 
     def __init__(self, rows: BusRows, variables: dict[int, Any], scale: int) -> None:
         self.rows, self.space, self.scale = rows, rows.space, scale
         self.before: dict[tuple[int, int], Any] = {}
-        self.order: dict[tuple[int, int], Any] = {}  # whether the first of two messages goes before the second
         for bus in counted_buses(self.space) if variables and is_each_alone(self.space) else ():
             self._add_bus(bus, variables)
 
@@ -63,7 +65,7 @@ class MessageWaits:
             for one in messages:
                 if one is own:
                     continue
-                first = self._goes_first(key, own, one)
+                first = self._goes_first(own, one)
                 frame = int(one.frame_ns * self.scale)
                 if first is None:
                     model.add(begun >= frame).only_enforce_if(kind)
@@ -81,32 +83,31 @@ class MessageWaits:
             return False
         return max(number for _, number in other.numbers) < min(number for _, number in own.numbers)
 
-    def _goes_first(self, key: int, own: Sent, other: Sent) -> Any:
+    def _goes_first(self, own: Sent, other: Sent) -> Any:
         """A literal that is true where another message has a lower number, or is known to be before; None: never."""
         pairs = [(mine, one) for mine, number in own.numbers for one, least in other.numbers if least < number]
         is_open = any(may_be_any(self.space.connections[one.number]) for one in (own, other))
         if not pairs and not is_open:
             return None
         pair = other.number, own.number
-        if pair not in self.order:
+        if pair not in self.before:
             self._add_pair(*pair)
             for both in pairs:
-                self.rows.model.add_bool_or([self.order[pair], *(one.negated() for one in both if one is not None)])
-        self.before[key, other.number] = self.order[pair]
-        return self.order[pair]
+                self.rows.model.add_bool_or([self.before[pair], *(one.negated() for one in both if one is not None)])
+        return self.before[pair]
 
     def _add_pair(self, one: int, own: int) -> None:
         """A literal of whether one message goes before another: the opposite of the other way round, without rings."""
-        opposite = self.order.get((own, one))
-        self.order[one, own] = self.rows.model.new_bool_var("") if opposite is None else opposite.negated()
-        for third in sorted({number for pair in self.order for number in pair} - {one, own}):
+        opposite = self.before.get((own, one))
+        self.before[one, own] = self.rows.model.new_bool_var("") if opposite is None else opposite.negated()
+        for third in sorted({number for pair in self.before for number in pair} - {one, own}):
             for ring in (
                 ((one, own), (own, third), (one, third)),
                 ((third, one), (one, own), (third, own)),
                 ((one, third), (third, own), (one, own)),
             ):
-                if all(pair in self.order for pair in ring):
-                    first, second, both = (self.order[pair] for pair in ring)
+                if all(pair in self.before for pair in ring):
+                    first, second, both = (self.before[pair] for pair in ring)
                     self.rows.model.add_bool_or([first.negated(), second.negated(), both])
 
 

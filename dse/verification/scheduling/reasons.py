@@ -35,8 +35,8 @@ class Lesson:
     """Not all at once: each decision has one of the options beside it, and the threads of each group share a core.
 
     Of each pair of `above` the first decision has an option that is no earlier than the second's.
-    With `raised` (a thread, and a time in ns): else that thread waits so long at least. With `before` (the key of a
-    message that waits, and another message): else the other one goes before it.
+    With `raised` (a thread, and a time in ns): else that thread waits so long at least. With `before` (two messages,
+    by their connections): else the first goes before the second.
     """
 
     box: Mapping[int, frozenset[int]]

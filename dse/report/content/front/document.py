@@ -12,7 +12,7 @@ from dse.analysis.binding import bus_stack, message_sizes
 from dse.analysis.rates import rate_hz
 from dse.analysis.views import View
 from dse.answers.analysis import Analysis, FlowTable
-from dse.answers.designs import Point, numbered_texts
+from dse.answers.designs import Point
 from dse.answers.ranking.changes import changes_between
 from dse.answers.ranking.reasons import Margin, Reasoner
 from dse.answers.ranking.variants import varying
@@ -26,6 +26,7 @@ from dse.report.plots.deadlines import deadline_records
 from dse.report.plots.design import usage_records, waterfall_records
 from dse.report.plots.front import drawn_figures, front_records
 from dse.report.words.basis import basis_words, scale_words
+from dse.report.words.choice import shown_decisions
 from dse.report.words.clocks import boundary_table, by_flow, timeline_records
 from dse.report.words.contention import (
     asks_for_responses,
@@ -264,11 +265,9 @@ class Document:
         numbers = tuple(at for at, name in enumerate(headings) if name != "like")
         return Table(caption, (*headings, *self.varying), tuple(rows), numbers, wide=wide, label=1)
 
-    def chosen_in(self, point: Point) -> dict[str, str]:
-        """The decisions of a point as tables show them: ``any (0xff)`` where a message takes any free identifier."""
-        if self.result.under_way:
-            return dict(point.decisions)
-        return numbered_texts(self.space, point.decisions, point.design)
+    def chosen_in(self, point: Point) -> Mapping[str, str]:
+        """The decisions of a point as tables show them."""
+        return shown_decisions(self.result, point)
 
     @cached_property
     def front_table(self) -> Table:
