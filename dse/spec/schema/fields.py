@@ -255,8 +255,11 @@ def _identifier(value: Any) -> int | str:
             raise field_error(str(error), f"known: {known}") from None
         if number is not None:
             return number
-    is_text = isinstance(value, str) and _HEXADECIMAL.fullmatch(value)
-    return _count(0, MOST_IDENTIFIER)(int(value, 16) if is_text else value)
+        if not _HEXADECIMAL.fullmatch(value):
+            hint = "a number (0x201), a name of CANopen (TPDO1 of node 5), a list of these, or any"
+            raise field_error(f"expected an identifier, got {describe(value)}", hint)
+        value = int(value, 16)
+    return _count(0, MOST_IDENTIFIER)(value)
 
 
 Identifier: TypeAlias = Annotated[
